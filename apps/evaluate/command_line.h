@@ -8,16 +8,16 @@
 
 namespace mrf_apps {
 
-/// What the user asks for. Empty paths: not asked for.
+/// The options of the tool. Empty paths were not given.
 struct EvaluateCommand {
   std::string mesh;
   std::string cloud, heldOut, clean, reference;
   std::string json, colored;
   EvaluationOptions options;
-  double noise = 0; ///< standard deviation of the held-out points, cloud's unit; 0 = they are exact
+  double noise = 0; ///< standard deviation of the held-out points, cloud's unit; 0: they are exact
   int threads = 0;
-  bool merge = false; ///< vertices of the mesh with equal coordinates
-  bool sigma = false; ///< whether the error bars of the mesh are right
+  bool merge = false; ///< merge vertices of the mesh with equal coordinates
+  bool sigma = false; ///< check the error bars of the mesh
   bool quiet = false;
   std::string information; ///< text of --help or --version; if set, the rest is not
 };

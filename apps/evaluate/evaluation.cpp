@@ -33,7 +33,7 @@ double diagonalOf(const Points& points)
   return box.isEmpty() ? 0 : box.diagonal().norm();
 }
 
-/// Of the triangles with an area.
+/// The vertices of the triangles with an area.
 Points usedVertices(const SurfaceMesh& mesh)
 {
   std::vector<bool> used(mesh.vertices.size(), false);
@@ -65,13 +65,13 @@ void resolve(const SurfaceMesh& mesh, const EvaluationInput& input, Evaluation& 
     options.farLimit = .01 * options.diagonal;
 }
 
-/// The finite points of a cloud, and where the mesh is closest to each.
+/// The finite points of a cloud, and the closest place of the mesh to each.
 struct MeasuredPoints {
   Points points;
   std::vector<ClosestPlace> places;
 };
 
-/// Of sorted values, interpolated linearly.
+/// A quantile of sorted values, interpolated linearly.
 double quantile(const std::vector<double>& values, double share)
 {
   const double position = share * static_cast<double>(values.size() - 1);
@@ -91,7 +91,7 @@ double largest(const std::vector<double>& values)
   return values.empty() ? 0 : *std::max_element(values.begin(), values.end());
 }
 
-/// In degrees. Not the arc cosine, which has no digits left near 0 and 180.
+/// In degrees. The arc cosine would be inaccurate near 0 and 180.
 double angleBetween(const Eigen::Vector3d& a, const Eigen::Vector3d& b)
 {
   return std::atan2(a.cross(b).norm(), a.dot(b)) * 180 / M_PI;
@@ -128,7 +128,7 @@ ReferenceComparison compare(const SurfaceMesh& mesh, const SurfaceDistance& toMe
   return result;
 }
 
-/// Of the normals that are there, those against the closest triangle's.
+/// The share of the cloud's normals that oppose the closest triangle's; zero and non-finite normals are skipped.
 std::optional<double> flippedShare(const SurfaceMesh& mesh, const EvaluationInput& input,
                                    const std::vector<ClosestPlace>& places)
 {
@@ -182,8 +182,8 @@ std::optional<LocalComparison> compareLocally(const SurfaceMesh& mesh, const Eva
 
 void check(const SurfaceMesh& mesh, Evaluation& evaluation)
 {
-  // In single precision, as the library's checks take it: vertices that were floats in a file stay the same numbers;
-  // survey coordinates need to be moved to the origin.
+  // The library's checks take single precision: vertices that were floats in a file stay the same numbers; survey
+  // coordinates are moved to the origin.
   const Eigen::Vector3d offset = mesh.doublePrecision ? floatOffset(mesh.vertices) : Eigen::Vector3d::Zero();
   pcl::mrf::TriangleMesh plain;
   plain.vertices = toFloat(mesh.vertices, offset);
@@ -193,7 +193,7 @@ void check(const SurfaceMesh& mesh, Evaluation& evaluation)
   const auto last = static_cast<double>(evaluation.areas.size() - 1);
   for (std::size_t t = 0; t < plain.triangles.size(); ++t) {
     const double bin = areaVector(mesh, t).norm() / meanArea / Evaluation::areaStep;
-    ++evaluation.areas[static_cast<std::size_t>(std::fmin(std::fmax(bin, 0), last))]; // 0 if it is no number
+    ++evaluation.areas[static_cast<std::size_t>(std::fmin(std::fmax(bin, 0), last))]; // bin 0 for NaN
   }
   evaluation.selfIntersectingTriangles = static_cast<std::int64_t>(exact::selfIntersectingTriangles(plain).size() -
                                                                    exact::degenerateTriangles(plain).size());

@@ -113,7 +113,7 @@ ordered_json toJson(const Evaluation& evaluation)
 std::string toText(const ordered_json& json, const std::string& indent)
 {
   std::string text;
-  std::string columns; // of the table that is being printed
+  std::string columns; // headings of the table that is being printed
   for (const auto& [name, value] : json.items()) {
     if (value.is_array())
       continue; // histograms are for programs

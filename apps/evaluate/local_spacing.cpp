@@ -13,7 +13,7 @@ using pcl::mrf::Execution;
 
 namespace {
 
-/// ½ over √(8/π): a circle around a point that reaches to the 8th other one holds eight at ρ points per area.
+/// ½ / √(8/π): a circle around a point that reaches to its 8th neighbor holds eight points at density ρ.
 constexpr double halfSideByEighth = .313;
 
 /// The point itself and eight neighbors.
@@ -50,7 +50,7 @@ LocalSpacing::LocalSpacing(std::vector<Vector3d> points, Execution& execution) :
       for (const int other : found.indices)
         if (other != i)
           distances.push_back((points_[other] - points_[i]).norm());
-      // Floats may order close ones otherwise, and may put nine others into the place of this one.
+      // Floats may order close neighbors otherwise, and nine others may be found instead of the point itself.
       std::sort(distances.begin(), distances.end());
       spacings_[i] = halfSideByEighth * distances[pointsNeeded - 2];
     }

@@ -43,7 +43,7 @@ PointTable readCloud(const std::string& path)
   return points;
 }
 
-/// From blue over gray to red, evenly in what the eye sees; gray where there is no error to show.
+/// Colors from blue over gray to red in steps that look equal; gray where the error is not finite.
 std::vector<std::array<std::uint8_t, 3>> errorColors(const std::vector<float>& errors, double range)
 {
   vtkNew<vtkColorTransferFunction> map;

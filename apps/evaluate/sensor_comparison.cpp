@@ -20,17 +20,17 @@ namespace {
 using Eigen::Vector3d;
 using pcl::mrf::Execution;
 
-/// What rays meet first of a mesh's triangles with an area.
+/// The first hits of rays on the triangles of a mesh that have an area.
 class Rays {
 public:
   explicit Rays(const SurfaceMesh& mesh) : mesh_(mesh), surface_(surfaceOf(mesh)) {}
 
   struct Hit {
     double range = 0;
-    Vector3d normal = Vector3d::Zero(); ///< between the vertices' if the mesh has any, else the triangle's
+    Vector3d normal = Vector3d::Zero(); ///< interpolated if the mesh has vertex normals, else the triangle's
   };
 
-  /// \return false if it meets none
+  /// \return false if the ray meets no triangle
   bool first(const Vector3d& origin, const Vector3d& direction, Hit& hit) const
   {
     pcl::mrf::scan::SurfacePoint point;
@@ -41,7 +41,7 @@ public:
     return true;
   }
 
-  /// Unit.
+  /// The unit normal at a place of a triangle.
   Vector3d normalAt(std::size_t triangle, const Vector3d& x) const
   {
     const Vector3d area = areaVector(mesh_, triangle);
@@ -61,10 +61,10 @@ private:
     auto triangles = mesh.triangles;
     for (std::size_t t = 0; t < triangles.size(); ++t)
       if (areaVector(mesh, t).isZero(0))
-        triangles[t].fill(triangles[t][0]); // which no ray meets
+        triangles[t].fill(triangles[t][0]); // no ray meets it then
     for (Vector3d& x : vertices)
       if (!x.allFinite())
-        x.setZero(); // no triangle with an area has it
+        x.setZero(); // it is in no triangle with an area
     return {std::move(vertices), std::move(triangles)};
   }
 
@@ -83,16 +83,16 @@ struct Sight {
   {}
 };
 
-/// Of one sensor.
+/// A sample of the reference as one sensor sees it.
 struct Seen {
-  double weight = 0; ///< pixels, or solid angle, that a reference's sample fills; 0: it is hidden
+  double weight = 0; ///< pixels, or solid angle, that the sample fills; 0: it is hidden
   bool isHit = false;
-  double error = 0, limit = 0; ///< in depth: the mesh behind the reference
+  double error = 0, limit = 0; ///< in depth; the error is positive if the mesh is behind the reference
   bool isThere() const { return isHit && std::abs(error) <= limit; }
   bool isInFront() const { return isHit && error < -limit; }
 };
 
-/// Which of some places were looked at. \param measured points of what was; unknown spacings: all was
+/// Which places were scanned. \param measured points of the scanned surface; unknown spacings: all of it
 std::vector<bool> areScanned(const std::vector<Vector3d>& places, const LocalSpacing& measured, Execution& execution)
 {
   std::vector<bool> result(places.size(), true);
@@ -117,14 +117,14 @@ public:
         toReference_(reference), measured_(measured, execution)
   {}
 
-  /// What the sensors see of the reference. \return the area of it where the mesh is there
+  /// Compares the reference with the mesh as the sensors see them. \return the true area where the mesh is there
   double compareViews(SensorComparison& result) const
   {
     const std::size_t sensors = options_.sensors.size();
     const SurfaceSamples truth = sampleSurface(reference_, options_.samples, options_.seed);
     const std::vector<bool> isScanned = areScanned(truth.positions, measured_, execution_);
     std::vector<Seen> seen(truth.positions.size() * sensors);
-    std::vector<double> areas(truth.positions.size()); ///< that a sample stands for, times its own: by the normal
+    std::vector<double> areas(truth.positions.size()); ///< of samples, by interpolated normals, over the triangles'
     pcl::mrf::forEach(execution_, options_.samples, 256, [&](std::size_t i) {
       for (std::size_t s = 0; s < sensors; ++s) {
         const Vector3d &sensor = options_.sensors[s], &x = truth.positions[i];
@@ -170,12 +170,12 @@ public:
     return trueArea / static_cast<double>(areas.size()) * surfaceArea(reference_);
   }
 
-  /// What the mesh is where the sensors look. \param trueArea as above
+  /// Compares the samples of the mesh with the reference. \param trueArea as compareViews returns it
   void compareSurface(double trueArea, SensorComparison& result) const
   {
     const std::size_t sensors = options_.sensors.size();
     const SurfaceSamples made = sampleSurface(mesh_, options_.samples, options_.seed);
-    // Samples of the mesh stand for the same area each. Behind what is seen, nothing is known.
+    // Samples of the mesh stand for the same area each. Behind the visible surface nothing is known.
     std::vector<Rays::Hit> hits(made.positions.size() * sensors);
     std::vector<Vector3d> hitPlaces(hits.size());
     pcl::mrf::forEach(execution_, options_.samples, 256, [&](std::size_t i) {

@@ -12,7 +12,7 @@
 namespace mrf_apps {
 namespace {
 
-/// Quantiles of |x| for a standard normal x, by SigmaStatistics::levels.
+/// Quantiles of |x| for a standard normal x at SigmaStatistics::levels.
 constexpr std::array<double, 3> quantiles{.67449, 1.28155, 1.95996};
 
 SigmaStatistics statisticsOf(const std::vector<SigmaSample>& samples, bool areFillings, double diagonal)
@@ -50,8 +50,8 @@ SigmaStatistics statisticsOf(const std::vector<SigmaSample>& samples, bool areFi
   return result;
 }
 
-/// Area under the curve of RMS errors that are left, the largest predictions being left out first, over the RMS error
-/// of all. \param predictions of the errors, up to any rising function
+/// The integral of Sparsification: RMS errors of the places left, the largest predictions being left out first, over
+/// the RMS error of all. \param predictions of the errors, up to any increasing function
 double areaOfSparsification(const std::vector<SigmaSample>& samples, const std::vector<double>& predictions)
 {
   std::vector<std::size_t> order(samples.size());
@@ -63,14 +63,14 @@ double areaOfSparsification(const std::vector<SigmaSample>& samples, const std::
     total += sample.weight;
   double weights = 0, squares = 0, area = 0;
   for (std::size_t begin = 0, end = 0; begin < order.size(); begin = end) {
-    // What has the same prediction is left out together, evenly.
+    // Places with the same prediction are left out together, evenly.
     double equalWeights = 0, equalSquares = 0;
     for (; end < order.size() && predictions[order[end]] == predictions[order[begin]]; ++end) {
       const SigmaSample& sample = samples[order[end]];
       equalWeights += sample.weight;
       equalSquares += sample.weight * sample.error * sample.error;
     }
-    constexpr int steps = 16; // of a curve that is not straight
+    constexpr int steps = 16; // of integration, because the curve is not straight
     const int parts = end - begin > 1 ? steps : 1;
     for (int step = 1; step <= parts; ++step) {
       const double share = (step - .5) / parts;
@@ -83,7 +83,7 @@ double areaOfSparsification(const std::vector<SigmaSample>& samples, const std::
   return squares > 0 ? area / std::sqrt(squares / weights) : 0;
 }
 
-/// Of the triangles around each vertex, a third each.
+/// For each vertex a third of the area of the triangles around it.
 std::vector<double> vertexAreas(const SurfaceMesh& mesh)
 {
   std::vector<double> areas(mesh.vertices.size(), 0);
@@ -95,7 +95,7 @@ std::vector<double> vertexAreas(const SurfaceMesh& mesh)
   return areas;
 }
 
-/// Of a triangle, the corner nearest to a point.
+/// The corner of a triangle that is nearest to a point.
 std::size_t nearestCorner(const SurfaceMesh& mesh, std::int32_t triangle, const Eigen::Vector3d& point)
 {
   const auto& corners = mesh.triangles[triangle];

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// Whether the error bars of a mesh are right: how often they hold the error, how wide they are, how they rank.
+/// Checks the error bars of a mesh: how often they hold the error, how wide they are, how they rank the errors.
 #pragma once
 
 #include "evaluation.h"
@@ -18,21 +18,22 @@ struct SigmaSample {
   double weight;     ///< area that it stands for, or 1
 };
 
-/// The error bars of some places. Shares and means are weighted.
+/// Statistics of the error bars of several places. Shares and means are weighted.
 struct SigmaStatistics {
   static constexpr std::array<double, 3> levels{.5, .8, .95};
 
-  std::int64_t count = 0; ///< all else is zero without any
+  std::int64_t count = 0; ///< if it is 0, all else is 0
   /// Share of the errors within ±.674, 1.282 and 1.960 sigma: .50, .80 and .95 if sigma is right.
   std::array<double, 3> coverage{};
   double rmsError = 0;        ///< cloud's unit
   double medianHalfWidth = 0; ///< of the 95 % interval, cloud's unit
-  /// Mean of ln(σ/D) + (e/σ)²/2 + ½ ln 2π, D the diagonal: the smaller the better, and wide intervals do not win.
+  /// Mean of ln(σ/D) + (e/σ)²/2 + ½ ln 2π, D the diagonal. Smaller is better; intervals that are too wide do not win.
   double negativeLogLikelihood = 0;
 };
 
-/// How well a predictor orders the errors: the RMS error of what is left when the worst predicted share is left out,
-/// over that of all, less the same with the errors themselves as the predictor, summed over all shares. 0 is perfect.
+/// How well a predictor orders the errors. The RMS error without the places of the largest predictions, over the RMS
+/// error of all places, is integrated over the share left out; that of the errors as predictor is subtracted. 0 is
+/// perfect.
 struct Sparsification {
   double sigma = 0, confidence = 0;
 };
@@ -40,18 +41,17 @@ struct Sparsification {
 struct SigmaEvaluation {
   SigmaStatistics measured, fillings;
   Sparsification sparsification; ///< over both
-  std::int64_t notKnown = 0;     ///< places left out: sigma or error is not finite or not positive
+  std::int64_t notKnown = 0;     ///< places left out: sigma or error is not finite, or sigma not positive
 };
 
-/// \param diagonal that likelihoods refer to, cloud's unit
+/// \param diagonal unit of lengths in likelihoods, cloud's unit
 SigmaEvaluation evaluateSigma(const std::vector<SigmaSample>& samples, double diagonal);
 
-/// With a reference: the vertices, weighted by the area around them. Else the held-out points, or the noise-free ones,
-/// and the vertex of the closest triangle that is nearest to each.
+/// The places where errors are known. With a reference: the vertices, weighted by the area around them. Else the
+/// held-out and the noise-free points, each with the sigma of the nearest corner of the closest triangle.
 /// \param mesh with the field `sigma`, and `confidence` \param heldOutNoise standard deviation of the held-out points
-/// along the normal, cloud's unit; 0: they are exact. What holds a point is an interval of √(sigma² + noise²), which
-/// takes sigma's place. \throw pcl::mrf::InvalidInput if it lacks them, or if nothing is known that it could be
-/// compared with
+/// along the normal, cloud's unit; 0: they are exact. For them √(sigma² + noise²) takes the place of sigma. \throw
+/// pcl::mrf::InvalidInput if the mesh lacks these fields, or if there is nothing to compare it with
 std::vector<SigmaSample> sigmaSamples(const SurfaceMesh& mesh, const EvaluationInput& input, double heldOutNoise,
                                       pcl::mrf::Execution& execution);
 

@@ -58,16 +58,16 @@ SurfaceDistance::SurfaceDistance(const SurfaceMesh& mesh) : locator_(std::make_u
   }
   if (locator_->triangles.empty())
     throw pcl::mrf::InvalidInput("the mesh has no triangle with an area");
-  // Far from the origin the products of the locator's arithmetic would lose digits that the differences have.
+  // Centered, because the locator's products would lose digits far from the origin.
   locator_->center = box.center();
   for (const Eigen::Vector3d& vertex : mesh.vertices)
     surface.vertices.push_back(vertex.allFinite() ? Eigen::Vector3d(vertex - box.center()) : Eigen::Vector3d::Zero());
   locator_->data = toPolyData(surface);
-  // Built here, because the first GetCell would build it otherwise, on several threads at once.
+  // Built here, because otherwise the first GetCell builds it, on several threads at once.
   locator_->data->BuildCells();
   locator_->cells->SetDataSet(locator_->data);
-  // On one thread: VTK's own sort the triangles in another order each time, and with it which of two equally near ones
-  // is found.
+  // On one thread: VTK's threads sort the triangles in another order each time, and the order decides between equally
+  // near triangles.
   const vtkSMPTools::Config oneThread(std::string("Sequential"));
   vtkSMPTools::LocalScope(oneThread, [&] { locator_->cells->BuildLocator(); });
 }
@@ -117,7 +117,7 @@ SurfaceSamples sampleSurface(const SurfaceMesh& mesh, std::int64_t count, std::u
   samples.triangles.reserve(static_cast<std::size_t>(count));
   std::mt19937_64 generator(seed);
   std::size_t current = 0, lastWithArea = 0;
-  double before = 0; // area of the triangles ahead of the current one
+  double before = 0; // area of the triangles before the current one
   for (std::int64_t i = 0; i < count; ++i) {
     const double target =
         total * (static_cast<double>(i) + pcl::mrf::scan::share(generator())) / static_cast<double>(count);
@@ -130,7 +130,7 @@ SurfaceSamples sampleSurface(const SurfaceMesh& mesh, std::int64_t count, std::u
       before += area;
     }
     const auto& triangle = mesh.triangles[lastWithArea];
-    // The square root makes the density uniform: the part of a triangle beyond a line parallel to a side is quadratic.
+    // The square root makes the density uniform: a line at a share r of the way to the opposite side cuts off r² of it.
     const double r = std::sqrt(pcl::mrf::scan::share(generator())), s = pcl::mrf::scan::share(generator());
     samples.positions.push_back((1 - r) * mesh.vertices[triangle[0]] + r * (1 - s) * mesh.vertices[triangle[1]] +
                                 r * s * mesh.vertices[triangle[2]]);

@@ -19,7 +19,7 @@ Eigen::Vector3d areaVector(const SurfaceMesh& mesh, std::size_t triangle);
 /// Sum of the triangles' areas, cloud's unit squared.
 double surfaceArea(const SurfaceMesh& mesh);
 
-/// The place of a surface that is closest to a point.
+/// The place on a surface that is closest to a point.
 struct ClosestPlace {
   double distance = 0;       ///< cloud's unit
   std::int32_t triangle = 0; ///< of the mesh
@@ -29,8 +29,7 @@ std::vector<double> distancesOf(const std::vector<ClosestPlace>& places);
 
 /// Point-to-triangle distances through VTK's static cell locator, in double precision.
 ///
-/// The surface is made of the triangles that have an area: one with a repeated vertex, collinear corners or a vertex
-/// that is not finite adds nothing to it.
+/// Only triangles with an area count: no repeated vertices, collinear corners or vertices that are not finite.
 class SurfaceDistance {
 public:
   /// Cost: linear in the triangles. \throw pcl::mrf::InvalidInput if no triangle has an area
@@ -54,9 +53,9 @@ struct SurfaceSamples {
   std::vector<std::int32_t> triangles; ///< that each position lies on
 };
 
-/// Random points, uniform over the area, one in each of `count` equal strata of the area summed over the triangles in
-/// their order: shares of the area are then known to about the outline of the parts instead of to 1/√count.
-/// The same seed gives the same points. \pre a triangle has an area
+/// Random points, uniform over the area. The area, summed over the triangles in their order, is divided into `count`
+/// equal strata with one point each. So the error of a measured share of the area comes from the outline of the part
+/// alone and is smaller than 1/√count. The same seed gives the same points. \pre a triangle has an area
 SurfaceSamples sampleSurface(const SurfaceMesh& mesh, std::int64_t count, std::uint64_t seed);
 
 } // namespace mrf_apps

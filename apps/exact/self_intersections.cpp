@@ -58,7 +58,7 @@ public:
       return foldedOver(startingAt(a, freeCorner), b);
     if (common == 0)
       return CGAL::do_intersect(solid(a), solid(b));
-    // What they have in common beyond the vertex starts there and leaves one of them through the opposite edge.
+    // An intersection beyond the common vertex starts there and leaves one of the triangles through the opposite edge.
     a = startingAt(a, sharedCorner);
     b = startingAt(b, static_cast<int>(std::find(b.begin(), b.end(), a[0]) - b.begin()));
     return CGAL::do_intersect(solid(a), Kernel::Segment_3(point(b[1]), point(b[2]))) ||

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// Exact self-intersections of a triangle mesh through CGAL, to judge meshes and our own code with.
+/// Exact self-intersections of a triangle mesh by CGAL, to check meshes and our own code.
 #pragma once
 
 #include <pcl/surface/mrf/triangle_mesh.h>
@@ -10,7 +10,7 @@
 namespace exact {
 
 /// Indices, ascending, of the triangles that are degenerate, that intersect a triangle without a common vertex, or that
-/// share vertices with one (by index) and meet it in more than these. Exact predicates; any soup of triangles will do.
+/// share vertices with one (by index) and intersect it elsewhere. Predicates are exact; any triangle soup will do.
 /// Triangles with a vertex that is not finite are left out.
 std::vector<std::int32_t> selfIntersectingTriangles(const pcl::mrf::TriangleMesh& mesh);
 

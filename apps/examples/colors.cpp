@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// Colors: those of the scan on the mesh, or how far each place of it was seen.
+/// Colors the mesh as the scan, or by confidence.
 ///
 ///     example_colors scan.pcd mesh.ply [confidence]
 
@@ -35,7 +35,7 @@ int main(int argc, char** argv)
   pcl::MRFReconstruction<Point> mrf;
   mrf.setInputCloud(cloud);
   mrf.setColorMode(byConfidence ? pcl::mrf::ColorMode::confidence : pcl::mrf::ColorMode::input);
-  // Vertices of the input's type, as the other overload of PCL's classes gives them.
+  // This overload of PCL's classes gives vertices of the input's type.
   pcl::PointCloud<Point> vertices;
   std::vector<pcl::Vertices> triangles;
   mrf.reconstruct(vertices, triangles);

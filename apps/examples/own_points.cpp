@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// Points of a type of one's own: what a scanner's driver hands out goes in, and comes out for each vertex.
+/// A point type of your own, such as that of a scanner's driver, as input and for the vertices.
 ///
 ///     example_own_points points.xyz mesh.ply       (a line: x y z)
 
-#include <pcl/surface/impl/mrf_reconstruction.hpp> // instead of mrf_reconstruction.h: compiled here, for this type
+#include <pcl/surface/impl/mrf_reconstruction.hpp> // instead of mrf_reconstruction.h, to compile it for this type
 #include <pcl/surface/mrf/triangle_mesh.h>
 
 #include <cstdint>
@@ -11,12 +11,12 @@
 #include <fstream>
 #include <vector>
 
-/// What the class uses of a point has these names; what else there is stays 0 at the vertices.
+/// The class uses the fields with these names; all other members stay 0 at the vertices.
 struct Echo {
   float x, y, z;
   std::uint32_t rgb;
   float intensity;
-  std::uint32_t line; ///< of the scanner: the class does not know it
+  std::uint32_t line; ///< line of the scanner, which the class does not know
 };
 POINT_CLOUD_REGISTER_POINT_STRUCT(Echo, (float, x, x)(float, y, y)(float, z, z)(std::uint32_t, rgb,
                                                                                 rgb)(float, intensity, intensity))
@@ -38,7 +38,7 @@ int main(int argc, char** argv)
 
   pcl::MRFReconstruction<Echo> mrf;
   mrf.setInputCloud(cloud);
-  mrf.setSearchMethod(pcl::search::KdTree<Echo>::Ptr(new pcl::search::KdTree<Echo>)); // its own search would do
+  mrf.setSearchMethod(pcl::search::KdTree<Echo>::Ptr(new pcl::search::KdTree<Echo>)); // optional
   pcl::PolygonMesh mesh; // its cloud has fields rgb and intensity
   mrf.reconstruct(mesh);
   if (mrf.getReport().status != pcl::mrf::Status::ok)

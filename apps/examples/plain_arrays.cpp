@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// The whole method on plain arrays, without PCL's point types; with progress, Ctrl-C to leave, and the field.
+/// The whole method on plain arrays, without PCL's point types, with progress, Ctrl-C to cancel, and the field.
 ///
 ///     example_plain_arrays points.xyz mesh.obj       (a line: x y z)
 
@@ -18,7 +18,7 @@ namespace {
 
 volatile std::sig_atomic_t interrupted = 0;
 
-/// Called from this thread, several times a second. \return false to cancel
+/// Called several times a second, on the thread that runs the method. \return false to cancel
 bool showProgress(const std::string& stage, double fraction)
 {
   std::fprintf(stderr, "\r%-20s %3.0f %%", stage.c_str(), 100 * fraction);
@@ -45,7 +45,7 @@ bool writeObj(const char* path, const pcl::mrf::TriangleMesh& mesh, const Eigen:
   return static_cast<bool>(file.flush());
 }
 
-/// Distance of the field's zero level from the point, over all points that were used: what the smoothing leaves.
+/// The mean distance between the used points and the zero level of the field; it is not zero because of the smoothing.
 double meanDistance(const pcl::mrf::Reconstruction& result)
 {
   double sum = 0;
@@ -67,8 +67,8 @@ int main(int argc, char** argv)
   }
   std::signal(SIGINT, [](int) { interrupted = 1; });
   try {
-    pcl::mrf::Execution execution(0, showProgress); // all threads; the result does not depend on how many
-    pcl::mrf::RawCloud cloud;                       // normals, confidences and sensors would go in here as well
+    pcl::mrf::Execution execution(0, showProgress); // all threads; the result does not depend on their number
+    pcl::mrf::RawCloud cloud;                       // also takes normals, confidences and sensors
     cloud.positions = readPoints(argv[1]);
     const pcl::mrf::Options options; // the defaults; pcl::mrf::presetOptions(pcl::mrf::Preset::paper): the paper's
     const pcl::mrf::Reconstruction result = pcl::mrf::reconstruct(std::move(cloud), options, execution);

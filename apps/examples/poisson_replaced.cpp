@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// A program that was written for pcl::Poisson, with the method replaced behind the base class: the same calls,
-/// with a subset of the points and a search object.
+/// A program written for pcl::Poisson, with the method replaced behind the base class: the same calls, also for a
+/// subset of the points and a search object.
 ///
 ///     example_poisson_replaced poisson|mrf scan.pcd mesh.ply      (a scan with normals)
 
@@ -28,10 +28,10 @@ Method::Ptr makeMethod(const std::string& name)
     poisson->setDepth(8);
     return poisson;
   }
-  return Method::Ptr(new pcl::MRFReconstruction<Point>); // its lengths follow from the points: nothing to set
+  return Method::Ptr(new pcl::MRFReconstruction<Point>); // nothing to set: lengths follow from the points
 }
 
-/// The points whose measured normal is one.
+/// The points that have a normal.
 pcl::IndicesPtr withNormals(const pcl::PointCloud<Point>& cloud)
 {
   pcl::IndicesPtr indices(new pcl::Indices);
@@ -59,17 +59,17 @@ int main(int argc, char** argv)
 
   const Method::Ptr method = makeMethod(argv[1]);
   method->setInputCloud(cloud);
-  method->setIndices(withNormals(*cloud)); // pcl::Poisson takes all points all the same
+  method->setIndices(withNormals(*cloud)); // pcl::Poisson ignores them and takes all points
   method->setSearchMethod(pcl::search::KdTree<Point>::Ptr(new pcl::search::KdTree<Point>));
   pcl::PolygonMesh mesh;
   method->reconstruct(mesh);
 
-  // What only one of them can tell.
+  // The report, which pcl::Poisson does not have.
   if (const auto* mrf = dynamic_cast<const pcl::MRFReconstruction<Point>*>(method.get()))
     std::printf("%s: %lld points, volume %.4g\n", mrf->getReport().message.c_str(),
                 static_cast<long long>(mrf->getReport().points.input), mrf->getReport().mesh.volume);
   if (mesh.polygons.empty())
     return 1;
   std::printf("%s: %zu triangles\n", argv[1], mesh.polygons.size());
-  return pcl::mrf::savePLY(argv[3], mesh) < 0 ? 1 : 0; // PCL's own writer tells of each field that it does not know
+  return pcl::mrf::savePLY(argv[3], mesh) < 0 ? 1 : 0; // PCL's own writer warns of fields that it does not know
 }

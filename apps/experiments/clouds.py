@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Clouds as scanners deliver them, and what the options are for."""
+"""Experiments with clouds as scanners deliver them, and with the options for their traits."""
 
 from functools import partial
 from pathlib import Path
@@ -13,7 +13,7 @@ from .surfaces import Surface
 
 
 class Cloud:
-    """A scan of which no truth is known but points that were withheld from it, in discs and at random."""
+    """A scan without known truth, apart from points that were withheld from it, in discs and at random."""
 
     def __init__(self, lab, name, title, cloud, discs, random, sensors=(), has_noisy_rest=True, view=None):
         self.name, self.title, self.cloud, self.normals = name, title, cloud, cloud.normals
@@ -30,7 +30,7 @@ class Cloud:
 
 
 def real_clouds(lab):
-    """Those of --data, and simulated ones: rays on an angular grid, noise of a fifth of the mean spacing."""
+    """The clouds of --data, and simulated ones: rays on an angular grid, noise of a fifth of the mean spacing."""
     for path in sorted((lab.data / "real").glob("*/heldout_random.ply")) if lab.data else []:
         parts = [surfaces.read(str(path.with_name(name))) for name in ("input.ply", "heldout.ply", path.name)]
         sensors = path.with_name("sensors.txt")
@@ -91,7 +91,7 @@ def _measure_real(made, cloud):
 
 
 def trait_cases(lab):
-    """Scan options, what is tried (words of the command line), and the view."""
+    """The scan options, the settings to try (words of the command line), and the view."""
     points, fast = ("--points", lab.points(28000)), "--no-remesh"
     front = drawing.View(focus=(0, 0, 0), extent=2.45)
     return {

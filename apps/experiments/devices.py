@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Clouds with the errors of devices, beside the truth."""
+"""Clouds with the errors of devices, compared with the truth."""
 
 from functools import cache
 
@@ -8,7 +8,7 @@ import numpy as np
 from .methods import Method, compared, peers
 
 INSIDE, STREET = ("--sensor", "0.6,1.5,1.5", "--front", "-.1,-.25,-1"), ("--axis", "0,0,1", "--front", "1,0,-.05")
-#: Ways to stand in front of a scene: sensors for one look, and for all around. The baseline of a depth camera, meters.
+#: Sensor options: for one view of a scene, and for views all around. The baseline is that of a depth camera, meters.
 SCENES = {
     "room": ("room", INSIDE, (*INSIDE, "--sensor", "-1,1.4,1.6", "--sensor", "1.8,1.8,.8"), .075),
     "table": ("table", ("--placement", "front", "--views", 1, "--distance", .6, "--elevation", 20),
@@ -20,7 +20,7 @@ SCENES = {
     "facade": ("facade", ("--placement", "front", "--views", 1, "--distance", .6),
                ("--placement", "front", "--views", 5, "--distance", .6), .4),
 }
-#: Options, and the limit of what is surface: mean spacings, four deviations of the noise or one where that is less.
+#: Options, and the maximum distance of surface, in mean spacings: four deviations of the noise, at least one.
 DEVICES = {"depth-camera": ((), 1), "lidar": (("--aspect", 3), 1), "structured-light": ((), 2), "photogrammetry": ((), 4)}
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Meshes and curves as pictures. Triangles are painted from the farthest to the nearest, without a display."""
+"""Draws meshes and curves. Triangles are painted from the farthest to the nearest, without a display."""
 
 import matplotlib
 import numpy as np
@@ -12,7 +12,7 @@ GRAY, BLUE = np.array([.82, .80, .76]), np.array([.25, .45, .85])
 
 
 class View:
-    """Where a picture is taken from, and the part of space that it shows (none: all of the surface)."""
+    """The viewpoint of a picture, and the part of space that it shows (none: the whole surface)."""
 
     def __init__(self, direction=(.35, .3, 1), focus=None, extent=None, up=(0, 1, 0)):
         self.focus, self.extent = focus, extent
@@ -45,7 +45,7 @@ def draw_surface(axis, surface, view, colors=None):
 
 
 def draw_points(axis, points, normals, view, size=1.5):
-    """Those that face the viewer."""
+    """Draws the points that face the viewer."""
     turned, toward = points @ view.axes.T, normals @ view.axes[2]
     axis.scatter(*turned[toward > 0][:, :2].T, s=size, c=.25 + .6 * toward[toward > 0], cmap="gray", vmin=0, vmax=1,
                  linewidths=0)
@@ -53,14 +53,14 @@ def draw_points(axis, points, normals, view, size=1.5):
 
 
 def by_confidence(surface):
-    """Blue where there are no data; gray of a surface that does not say so."""
+    """Colors: blue where there are no data; gray for a surface without confidences."""
     if "confidence" not in surface.fields:
         return None
     return BLUE + np.clip(surface.fields["confidence"], 0, 1)[:, None] * (GRAY - BLUE)
 
 
 def by_error(errors, limit, is_known=None):
-    """\\param is_known vertices that stay gray"""
+    """Colors by error. \\param is_known vertices that stay gray"""
     colors = plt.get_cmap("inferno_r")(np.clip(errors / limit, 0, 1) * .9)[:, :3]
     return colors if is_known is None else np.where(is_known[:, None], GRAY, colors)
 
@@ -78,8 +78,8 @@ def panels(titles, columns=4, size=4.):
 
 
 def gallery(shown, view, paint=by_confidence, points=None, size=1.5):
-    """\\param shown title and a function that gives a surface \\param paint gives its colors \\param points title,
-    positions and normals that a first picture shows, \\p size large"""
+    """\\param shown titles and functions that give surfaces \\param paint gives the colors of a surface \\param points
+    title, positions and normals for a first picture, drawn with \\p size"""
     figure, axes = panels(([points[0]] if points else []) + [title for title, _ in shown])
     if points:
         draw_points(axes[0], *points[1:], view, size)
@@ -90,8 +90,8 @@ def gallery(shown, view, paint=by_confidence, points=None, size=1.5):
 
 
 def draw_curves(axis, curves, labels, log="", marker="o"):
-    """\\param curves by their names, (x, y) each; None and what a logarithm has no place for is left out
-    \\param log the axes, "x", "y" or "xy" """
+    """\\param curves by their names, (x, y) each; None and values without a logarithm are left out \\param log the
+    logarithmic axes, "x", "y" or "xy" """
     for name, (x, y) in curves.items():
         kept = [(a, b) for a, b in zip(x, y) if b is not None and (b > 0 or "y" not in log)]
         if kept:

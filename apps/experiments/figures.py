@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Numbers of many cases made one, with what they are worth."""
+"""Summarizes numbers of many cases, with their uncertainty."""
 
 import numpy as np
 
@@ -9,7 +9,7 @@ def rms(values):
 
 
 def summary(values, of=""):
-    """Of distances; empty of none. \\param of begins the names"""
+    """Statistics of distances; empty if there are none. \\param of prefix of the names"""
     values = np.abs(np.asarray(values, float))
     if len(values) == 0:
         return {}
@@ -25,7 +25,7 @@ def text_of(value, digits=3):
 
 
 def hole_of_each(points, holes):
-    """The hole that took each point away: the one in whose ball it lies deepest; -1: none."""
+    """The hole that removed each point: the one in whose ball it lies deepest; -1: none."""
     if not holes:
         return np.full(len(points), -1)
     shares = np.stack([np.linalg.norm(points - hole["center"], axis=1) / hole["radius"] for hole in holes])
@@ -33,13 +33,13 @@ def hole_of_each(points, holes):
 
 
 def rms_per_hole(errors, owners, count, min_points=20):
-    """None for holes with few points, which say little."""
+    """The RMS of each hole; None for holes with too few points."""
     holes = [errors[owners == hole] for hole in range(count)]
     return [rms(hole) if len(hole) >= min_points else None for hole in holes]
 
 
 def grouped(pairs):
-    """(key, value) pairs as lists by key."""
+    """The values of (key, value) pairs as lists by key."""
     groups = {}
     for key, value in pairs:
         groups.setdefault(key, []).append(value)
@@ -47,15 +47,15 @@ def grouped(pairs):
 
 
 def interval(figure, groups, seed=1):
-    """Bounds of 95 % of what \\p figure makes of groups, by drawing as many of them 2,000 times."""
+    """The 95 % interval of \\p figure of groups, by drawing as many groups 2,000 times."""
     random = np.random.default_rng(seed)
     drawn = [figure([groups[n] for n in random.integers(len(groups), size=len(groups))]) for _ in range(2000)]
     return [float(bound) for bound in np.quantile(drawn, [.025, .975])]
 
 
 def compare(pairs):
-    """Errors of the same holes by two methods: (a, b, scan). Holes of one scan share what went wrong in it, so that the
-    interval of 95 % of the median ratio a / b draws scans. Empty of no pairs."""
+    """Compares the errors of the same holes by two methods: (a, b, scan). Holes of one scan share its errors, so
+    the 95 % interval of the median ratio a / b is found by drawing scans. Empty if there are no pairs."""
     if not pairs:
         return {}
     groups = list(grouped((scan, a / b) for a, b, scan in pairs).values())
@@ -69,8 +69,9 @@ def compare(pairs):
 
 
 def mean_over_objects(values):
-    """(object, number) pairs: the mean in which objects count the same, and its interval of 95 % by drawing objects,
-    whose scans have shapes in common; the worst object, with the lowest number. None of none."""
+    """For (object, number) pairs: the mean with equal weights of the objects; its 95 % interval, found by drawing
+    objects because scans of an object have shapes in common; and the object with the lowest number. None if there are
+    no pairs."""
     means = {name: float(np.mean(of)) for name, of in grouped(pair for pair in values if pair[1] is not None).items()}
     if not means:
         return None
@@ -81,9 +82,9 @@ def mean_over_objects(values):
 
 
 def corner(x, y):
-    """The index of the point of an L-curve where it turns most, both axes being logarithms."""
+    """The index of the point of an L-curve with the largest curvature, with logarithmic axes."""
     first = np.gradient(np.log(np.column_stack([x, y])), axis=0)
     second = np.gradient(first, axis=0)
     turns = first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0]
     curvatures = np.abs(turns) / np.maximum(np.linalg.norm(first, axis=1), 1e-12)**3
-    return 1 + int(np.argmax(curvatures[1:-1]))  # an end is no corner
+    return 1 + int(np.argmax(curvatures[1:-1]))  # the ends are not corners

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What experiments are run in: programs, scans, results that are kept, tables and the page."""
+"""The environment of experiments: programs, scans, stored results, tables and the page."""
 
 import csv
 import json
@@ -21,11 +21,11 @@ CGAL_DATA = "/usr/share/doc/libcgal-dev/data.tar.gz"
 
 
 class Failure(Exception):
-    """A program that did not do what it was asked for."""
+    """A program failed."""
 
 
 class Scan:
-    """What pcl_mrf_scan left in a folder."""
+    """The files that pcl_mrf_scan wrote to a folder."""
 
     def __init__(self, lab, folder, subject, estimated):
         self.folder, self.subject, self.estimated, self._lab = folder, subject, estimated, lab
@@ -45,7 +45,7 @@ class Scan:
 
     @property
     def sensor_options(self):
-        """What has pcl_mrf_reconstruction estimate normals, where those of the scan are, and tells it how they face."""
+        """Options to estimate normals, if those of the scan are estimated, and to orient them by the sensors."""
         if not self.estimated:
             return []
         return ["--normals", "estimate", "--views", self.path("views.txt"), "--sensors", self.path("sensors.txt")]
@@ -56,7 +56,7 @@ class Scan:
 
 
 class Result:
-    """A mesh that a program made. Its file lasts as long as the object."""
+    """A mesh that a program made. Its file is removed with the object."""
 
     def __init__(self, lab, path, seconds, megabytes, report=None):
         self.path, self.seconds, self.megabytes, self.report, self._lab = path, seconds, megabytes, report or {}, lab
@@ -89,7 +89,7 @@ class Laboratory:
     # Programs
 
     def find(self, program):
-        """\\return None if it is not there"""
+        """\\return None if the program is missing"""
         folders = ([self.tools] if self.tools else []) + os.environ.get("PATH", "").split(os.pathsep)
         return shutil.which(program, path=os.pathsep.join(folders))
 
@@ -111,11 +111,11 @@ class Laboratory:
         return usage.ru_utime + usage.ru_stime, usage.ru_maxrss / 1024
 
     def points(self, count):
-        """How many a scan has; quick: a fifth."""
+        """The number of points of a scan; quick: a fifth."""
         return count // 5 if self.quick else count
 
     def scratch(self, name):
-        """A path for a file that lasts as long as this run."""
+        """A path for a file that is removed at the end of the run."""
         self._count += 1
         return f"{self._temporary.name}/{self._count}-{name}"
 
@@ -141,7 +141,7 @@ class Laboratory:
         return Result(self, mesh, seconds, megabytes, json.loads(Path(report).read_text()))
 
     def evaluate(self, mesh, *options):
-        """What pcl_mrf_evaluate tells in JSON."""
+        """The JSON report of pcl_mrf_evaluate."""
         path = self.scratch("evaluation.json")
         self.run("pcl_mrf_evaluate", mesh, "-q", "--json", path, *options, *self.threads)
         return json.loads(Path(path).read_text())
@@ -150,7 +150,7 @@ class Laboratory:
 
     @lru_cache(maxsize=1)
     def objects(self):
-        """What is scanned: names and mesh files, of the bunny, CGAL's data, --data, and generated."""
+        """The objects to scan: names and mesh files, of the bunny, CGAL's data, --data, and generated."""
         folder = self.folder / "objects"
         folder.mkdir(exist_ok=True)
         found = {"bunny": BUNNY} if os.path.exists(BUNNY) else {}
@@ -180,7 +180,7 @@ class Laboratory:
     # Results
 
     def case(self, key, compute):
-        """The result of one case, as an earlier run left it or computed and kept at once. What fails is kept, too, as
+        """The result of one case, stored by an earlier run or computed and stored now. A failure is stored, too, as
         {"failed": message}; delete its file to try again."""
         path = self.cases / (key + ".json")
         if path.exists():
@@ -196,11 +196,11 @@ class Laboratory:
         return result
 
     def say(self, text):
-        """A paragraph of the page."""
+        """Adds a paragraph to the page."""
         self.parts.append(text)
 
     def table(self, name, title, rows):
-        """Writes NAME.csv of rows, whose keys are the columns. What is a list or a dictionary is left out."""
+        """Writes NAME.csv of rows, whose keys are the columns. Lists and dictionaries are left out."""
         columns = list(dict.fromkeys(key for row in rows for key, cell in row.items() if not isinstance(cell, (list, dict))))
         texts = [columns] + [[text_of(row.get(column)) for column in columns] for row in rows]
         with open(self.folder / f"{name}.csv", "w", newline="", encoding="utf-8") as file:
@@ -209,7 +209,7 @@ class Laboratory:
         self.say("\n".join(f"| {' | '.join(line)} |" for line in [columns, ["---"] * len(columns)] + texts[1:]))
 
     def picture(self, name, draw):
-        """Writes NAME.png unless it is there. \\param draw makes the figure; what it needs may fail"""
+        """Writes NAME.png unless it exists. \\param draw makes the figure; the data that it needs may fail"""
         path = self.folder / f"{name}.png"
         try:
             if not path.exists():

@@ -14,7 +14,7 @@ from .noise import fig_8, l_curve, uncertainty
 from .patches import defaults, table_1
 from .priors import fig_2, fig_3, fig_4, fig_5
 
-#: All of them, in the order of the paper.
+#: All experiments, in the order of the paper.
 EXPERIMENTS = {
     "fig-2": ("Fig. 2: triangles before and after remeshing", fig_2),
     "fig-3": ("Fig. 3: the priors on tubes and primitives", fig_3),
@@ -84,7 +84,7 @@ def main(tools):
         lab.say(inspect.getdoc(run))
         try:
             run(lab)
-        except Failure as failure:  # costs its own section, not the hours of the others
+        except Failure as failure:  # ends this section, not the other experiments
             lab.say(f"This experiment failed: {failure}")
             print(f"{name}: {failure}", file=sys.stderr)
             failed = True

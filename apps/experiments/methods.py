@@ -16,11 +16,11 @@ from .surfaces import Surface
 PRIORS = {1: "membrane", 2: "thin-plate", 3: "triharmonic"}
 PRIOR_NAMES = {k: f"k = {k}, {word.replace('-', ' ')}" for k, word in PRIORS.items()}
 PAPER = ("--preset", "paper")
-#: The preset `paper` estimates normals; this gives it those that other methods are given.
+#: The preset `paper` estimates normals; this gives it the normals that other methods get.
 GIVEN = ("--normals", "use")
 EXACT = ("--dense-voxels", 10**12, "--change-tolerance", 1e-5)
 
-#: Its run makes a Result of a laboratory and a scan.
+#: `run` makes a Result from a laboratory and a scan.
 Method = namedtuple("Method", "name title run")
 
 
@@ -37,8 +37,8 @@ def ours(name, title, *options, remesh=False):
 
 
 def of_pcl(lab, points, normals, program, *options, merge=False):
-    """One of PCL's tools, which read PCD, in floats, and write VTK.
-    \\param merge corners of triangles that are equal but for rounding become one"""
+    """One of PCL's tools, which read PCD, in floats, and write VTK. \\param merge merges corners of triangles that are
+    equal except for rounding"""
     middle, result = points.mean(0), lab.scratch("mesh.ply")
     with tempfile.TemporaryDirectory() as folder:
         cloud, mesh = f"{folder}/cloud", f"{folder}/mesh"
@@ -67,9 +67,9 @@ def without_outliers(points, neighbors=50, deviations=1):
 
 
 def peers(lab, depths=(8, 11), with_hoppe=True, filtered=False):
-    """Those that are installed; the others are said to be missing. Quick: without the paper's depth of 11. Hoppe's grid
-    is 5 % larger than the box: without that, the tool's default, sides of an object that lie in it are left out.
-    \\param filtered they are given the scan without its outliers"""
+    """The installed methods; missing ones are reported. Quick: without the paper's depth of 11. Hoppe's grid is 5 %
+    larger than the box: with the tool's default, sides of an object in the box's faces would be missing. \\param
+    filtered gives them the scan without its outliers"""
     runs = [(f"poisson-{depth}", f"pcl::Poisson, depth {depth}", of_pcl, "pcl_poisson_reconstruction", "-depth", depth)
             for depth in depths if depth < 10 or not lab.quick]
     if with_hoppe:
@@ -92,16 +92,16 @@ def peers(lab, depths=(8, 11), with_hoppe=True, filtered=False):
 
 
 def tries(lab, key, methods, scan, measured):
-    """Yields each method, a function that gives its result on a scan, and what is measured of that: the case KEY/NAME.
-    \\param scan a function that makes it \\param measured a function of a result and a scan"""
+    """Yields each method, a function that gives its result on a scan, and the measures of that, stored as case
+    KEY/NAME. \\param scan a function that makes it \\param measured a function of a result and a scan"""
     for method in methods:
         run = cache(lambda method=method: method.run(lab, scan()))
         yield method, run, lab.case(f"{key}/{method.name}", lambda: measured(run(), scan()))
 
 
 def compared(lab, key, methods, scan, measured, caption=None):
-    """As above. \\return a row for each method, and for pictures title and function that gives the mesh of those that
-    made one \\param caption the figure, in %, that is added to a title"""
+    """Runs the methods as above. \\return a row for each method, and for pictures the titles and functions that give
+    the meshes of the methods that made one \\param caption a figure, in %, that is added to each title"""
     rows, shown = [], []
     for method, run, found in tries(lab, key, methods, scan, measured):
         rows.append({"method": method.title, **found})
@@ -112,8 +112,8 @@ def compared(lab, key, methods, scan, measured, caption=None):
 
 
 def measure_scans(lab, key, names, count, methods, make, measured=None):
-    """\\param make makes a scan of an object's name and an index below the count \\param measured as above; none: measure
-    \\return by method: the results scan by scan; and the scans, (object, index)"""
+    """\\param make makes a scan from the name of an object and an index below the count
+    \\param measured as above; none: measure \\return by method the results of all scans; and the scans, (object, index)"""
     results, scans = {method: [] for method in methods}, [(name, index) for name in names for index in range(count)]
     for name, index in scans:
         for method, _, found in tries(lab, f"{key}/{name}/{index}", methods, partial(make, lab, name, index),

@@ -14,12 +14,12 @@ from .patches import hole_by_hole, patch_objects, patch_row, patch_scan
 
 
 def noisy_scan(lab, subject, *errors, seed=None):
-    """With estimated normals, which ours are not given."""
+    """A noisy scan with estimated normals, which our method does not get."""
     return lab.scan(subject, "--points", lab.points(28000), "--normals", "estimated", *errors, seed=seed)
 
 
 def noisy_objects(lab):
-    """Real head scans first."""
+    """The objects of noisy scans; real head scans come first."""
     names = sorted(lab.objects(), key=lambda name: name not in ("igea", "nefertiti"))
     return names[:1 if lab.quick else 4]
 
@@ -143,7 +143,7 @@ def _energies(lab, scan, beta):
             "accuracy RMS %": 100 * found["clean"]["rms"] / scan.diagonal}
 
 
-#: What is told of error bars: the shares that the intervals of 50, 80 and 95 % hold, and the lengths.
+#: The figures about error bars: the shares that the intervals of 50, 80 and 95 % hold, and the lengths.
 HELD = ("50 %", "80 %", "95 %", "RMS error, % of the diagonal", "median half-width of 95 % / RMS error")
 
 
@@ -190,7 +190,7 @@ def _with_bars(lab, scan):
 
 
 def _held(made, *options):
-    """What pcl_mrf_evaluate says of the error bars, in % and in % of the diagonal."""
+    """The figures of pcl_mrf_evaluate about error bars, in % and in % of the diagonal."""
     found, result = made.evaluate("--sigma", *options), {}
     for place in ("measured", "fillings"):
         one = found["sigma"][place]

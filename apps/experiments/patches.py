@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Patches left out of scans: Table 1, and the options one at a time."""
+"""Patches removed from scans: Table 1, and the options one at a time."""
 
 from functools import partial
 
@@ -11,7 +11,7 @@ from .methods import EXACT, GIVEN, PAPER, Spacings, measure_scans, ours, peers
 from .priors import fill_colors
 from .surfaces import Surface
 
-#: Mean distance to the closest point by the side of a square with one point, evenly sampled.
+#: Mean distance to the closest point over the side of a square with one point, for even sampling.
 EVEN_SPACING = .8
 
 
@@ -25,19 +25,19 @@ def patch_scan(lab, name, index):
     """12 views with occlusion, about 28,000 points, 5 holes with radii of 4 to 10 % of the diagonal."""
     scan = lab.scan(lab.objects()[name], "--points", lab.points(28000), "--holes", 5, "--hole-radius", "4%:10%",
                     "--sampling", lab.sampling, seed=1000 * lab.seed + index)
-    if lab.sampling != "even":  # lengths in spacings mean the same for every sampling
+    if lab.sampling != "even":  # so that lengths in spacings are the same for every sampling
         scan.spacing = EVEN_SPACING * np.sqrt(
             scan.report["visibleArea"] / (scan.report["inliers"] + scan.report["heldOut"]))
     return scan
 
 
 def holes_of(result):
-    """The errors of those that were measured."""
+    """The errors of the holes that were measured."""
     return [hole for hole in result.get("holes", []) if hole is not None]
 
 
 def patch_row(results):
-    """Of one method on some scans."""
+    """The row of one method over several scans."""
     good = [result for result in results if "failed" not in result]
     row = {"scans": len(results), "failed": len(results) - len(good)}
     if not good:
@@ -116,7 +116,7 @@ def _sorted_holes(results):
 def _worst_hole(lab, errors, which, hole):
     scan = patch_scan(lab, *which)
     held_out, ball = scan.held_out, scan.holes[hole]
-    # Seen against the normals of what was left out: from where the hole opens.
+    # The view is against the normals of the withheld points, into the opening of the hole.
     mine = hole_of_each(held_out.points, scan.holes) == hole
     view = drawing.View(held_out.normals[mine].sum(0), ball["center"], 5 * ball["radius"])
 
@@ -132,7 +132,7 @@ def _worst_hole(lab, errors, which, hole):
 
 
 def variations():
-    """Option, value and words of each setting that is tried."""
+    """The option, value and command-line words of each setting to try."""
     plane = ("--observation", "plane")
     settings = [("default", "", ())]
     for option, name, values, more in (

@@ -11,7 +11,7 @@ from .methods import GIVEN, PAPER, PRIOR_NAMES, PRIORS, compared, measure_scans,
 
 
 def own_methods():
-    """Ours with each prior, and the paper's preset."""
+    """Our method with each prior, and the paper's preset."""
     return [ours(f"k{k}", PRIOR_NAMES[k], "--prior", word, remesh=True) for k, word in PRIORS.items()
             ] + [ours("paper", "preset paper (k = 2)", *PAPER, *GIVEN, remesh=True)]
 
@@ -108,7 +108,7 @@ def _tubes(made, scan):
     gap = np.stack([along, RADIUS * np.cos(angle), RADIUS * np.sin(angle)], -1).reshape(-1, 3)
     places = made.mesh.samples(50000, 1)
     axial, radius = np.abs(places[:, 0]), np.hypot(places[:, 1], places[:, 2])
-    # Beside the ends the fillings of the open tubes begin.
+    # The fillings of the open tubes begin beside the ends.
     on_data = (axial > GAP / 2 + 2 * scan.spacing) & (axial < GAP / 2 + LENGTH - 2 * scan.spacing)
     waist = radius[axial < 2 * scan.spacing]
     return {"components": made.evaluate()["mesh"]["components"],
@@ -203,6 +203,6 @@ def _hole(made, scan):
 
 
 def fill_colors(scan, mesh, limit=3):
-    """Gray near the scan's points, by the distance to the truth in fillings."""
+    """Gray near the scan's points; fillings are colored by the distance to the truth."""
     return drawing.by_error(100 / scan.diagonal * scan.truth(mesh.points), limit,
                             surfaces.nearest(mesh.points, scan.cloud.points) < 3 * scan.spacing)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Surfaces and clouds as arrays: their files, samples of them, exact distances to them; shapes."""
+"""Surfaces and clouds as arrays: files, samples, exact distances, shapes."""
 
 from functools import cached_property
 
@@ -18,7 +18,7 @@ PLY_TYPES = {
 
 
 class Surface:
-    """Points, triangles (none: a cloud), normals (None: unknown), and other fields of the points by their names."""
+    """Points, triangles (none: a cloud), normals (None: unknown), and further fields of the points by name."""
 
     def __init__(self, points, triangles=None, normals=None, fields=None):
         self.points = np.asarray(points, float).reshape(-1, 3)
@@ -37,7 +37,7 @@ class Surface:
         return np.bincount(self.triangles.ravel(), np.repeat(self.areas() / 3, 3), len(self.points))
 
     def border(self):
-        """Which vertices are ends of an edge of one triangle only."""
+        """The vertices of edges that only one triangle has."""
         edges = np.sort(np.stack([self.triangles, np.roll(self.triangles, -1, 1)], -1).reshape(-1, 2), axis=1)
         kinds, uses = np.unique(edges, axis=0, return_counts=True)
         return np.isin(np.arange(len(self.points)), kinds[uses == 1])
@@ -66,7 +66,7 @@ class Surface:
         return np.einsum("nk,nkx->nx", weights, self.corners()[triangles])
 
     def merged(self, distance):
-        """Vertices nearer than that to each other become one, for files that give every triangle its own corners."""
+        """Merges vertices closer than this to each other, for files that give every triangle its own corners."""
         cells = np.round((self.points - self.points.min(0)) / distance).astype(np.int64)
         _, first, place = np.unique(cells, axis=0, return_index=True, return_inverse=True)
         triangles = place.ravel()[self.triangles]
@@ -74,7 +74,7 @@ class Surface:
         return Surface(self.points[first], triangles[(a != b) & (b != c) & (c != a)])
 
     def write(self, path, kind="double"):
-        """A PLY file of points, normals and triangles."""
+        """Writes a PLY file of points, normals and triangles."""
         columns, names = self.points, ["x", "y", "z"]
         if self.normals is not None:
             columns, names = np.hstack([columns, self.normals]), names + ["nx", "ny", "nz"]
@@ -90,7 +90,7 @@ class Surface:
 
 
 def read(path):
-    """A PLY, OBJ or OFF file. Polygons become fans of triangles."""
+    """Reads a PLY, OBJ or OFF file. Polygons become fans of triangles."""
     if path.endswith(".ply"):
         return _read_ply(path)
     with open(path, encoding="ascii") as file:
@@ -161,7 +161,7 @@ def distances(places, surface):
 
 
 def nearest(places, points, which=False):
-    """Distances from places to the nearest of some points, or which ones these are."""
+    """Distances from places to the nearest of some points, or the indices of these points."""
     return cKDTree(points).query(places)[which]
 
 
@@ -177,18 +177,18 @@ def torus(x, major, minor):
 
 
 def box(x, half, rounding=0):
-    """In any number of dimensions."""
+    """A box in any number of dimensions."""
     q = np.abs(x) - half + rounding
     return np.linalg.norm(np.maximum(q, 0), axis=-1) + np.minimum(q.max(-1), 0) - rounding
 
 
 def primitives(x):
-    """The shape of this name of pcl_mrf_scan: eight parts apart from each other."""
+    """pcl_mrf_scan's shape of this name: eight separate parts."""
 
     def around(*center):
         return x - np.array(center)
 
-    upright = around(.8, -.7, 0)  # a cylinder: in the plane of its axis and its radius a box
+    upright = around(.8, -.7, 0)  # a cylinder is a box in the plane of its axis and its radius
     upright = np.stack([np.hypot(upright[..., 0], upright[..., 2]), upright[..., 1]], -1)
     return np.min([sphere(around(-1.35, .7, 0), .5), sphere(around(1.75, .7, 0), .2), torus(around(0, .7, 0), .42, .15),
                    sphere(around(1.05, .7, 0), .3), box(around(-1.35, -.7, 0), (.4, .4, .4)),
@@ -197,9 +197,9 @@ def primitives(x):
 
 
 def _wavy(points, triangles, shape, length):
-    """A mesh whose vertices are moved by Newton's method onto a shape with waves of a height of .06. They are about as
-    long as holes are wide, so that the rim of a hole tells something about what is missing, but not all. Phases are no
-    simple fractions: no plane of symmetry of the shape is one of theirs."""
+    """A mesh whose vertices are moved by Newton's method onto a shape with waves of height .06. The waves are about as
+    long as holes are wide, so that the rim of a hole shows part of what is missing, but not all. Phases are no simple
+    fractions, so that the waves do not share a plane of symmetry with the shape."""
 
     def distance(x):
         return shape(x) + .06 * np.sin(2 * np.pi * (x / length + .17 * np.arange(1, 4))).prod(-1)
@@ -211,7 +211,7 @@ def _wavy(points, triangles, shape, length):
 
 
 def wavy_torus(around=420, across=160):
-    """Radii of 1 and .42."""
+    """A wavy torus with radii of 1 and .42."""
     u, v = np.meshgrid(*(2 * np.pi * np.arange(n) / n for n in (around, across)), indexing="ij")
     points = np.stack([(1 + .42 * np.cos(v)) * np.cos(u), (1 + .42 * np.cos(v)) * np.sin(u), .42 * np.sin(v)], -1)
     index = np.arange(around * across).reshape(around, across)
@@ -221,7 +221,7 @@ def wavy_torus(around=420, across=160):
 
 
 def wavy_box(count=70000):
-    """2 × 1.5 × 1 with edges rounded by .2."""
+    """A wavy box 2 × 1.5 × 1 with edges rounded by .2."""
     steps = np.arange(count) + .5
     z, turn = 1 - 2 * steps / count, np.pi * (1 + np.sqrt(5)) * steps
     away = np.column_stack([np.sqrt(1 - z**2) * np.cos(turn), np.sqrt(1 - z**2) * np.sin(turn), z])
@@ -230,5 +230,5 @@ def wavy_box(count=70000):
     inwards = np.einsum("nx,nx->n", a, np.cross(b - a, c - a)) < 0
     triangles[inwards] = triangles[inwards, ::-1]
     half = np.array((1, .75, .5))
-    points = half * away / (away**6).sum(1, keepdims=True)**(1 / 6)  # so near the box that no triangle is folded
+    points = half * away / (away**6).sum(1, keepdims=True)**(1 / 6)  # close enough to the box to fold no triangle
     return _wavy(points, triangles, lambda x: box(x, half, .2), .7)

@@ -10,7 +10,7 @@ namespace py = pybind11;
 namespace mrf_apps {
 namespace {
 
-/// Calls with the rows of an array as a function of their index.
+/// Calls `call` with the number of rows and a function that returns a row by its index.
 template <typename Call>
 auto withRows(const py::array& rows, const Call& call)
 {
@@ -88,7 +88,7 @@ pcl::mrf::PointAttributes attributesOf(const py::object& colors)
 {
   if (colors.is_none())
     return {};
-  if (!py::isinstance<py::array_t<std::uint8_t>>(colors)) // a copy would not outlive this
+  if (!py::isinstance<py::array_t<std::uint8_t>>(colors)) // a converted copy would not outlive this function
     throw std::invalid_argument("colors of bytes are needed");
   const auto array = py::reinterpret_borrow<py::array_t<std::uint8_t>>(colors);
   return {true, false, [bytes = array.unchecked<2>()](std::size_t point, float* values) {

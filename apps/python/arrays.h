@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// Between numpy's arrays and the library's: one copy on the way in, none on the way out.
+/// Converts between numpy's arrays and the library's: one copy on the way in, none on the way out.
 #pragma once
 
 #include "support/surface_mesh.h"
@@ -15,14 +15,15 @@
 
 namespace mrf_apps {
 
-/// Rows of three numbers in single or double precision, of any strides. \throw std::invalid_argument for another shape
+/// Copies rows of three numbers in single or double precision, of any strides.
+/// \throw std::invalid_argument for another shape
 std::vector<Eigen::Vector3f> toFloats(const pybind11::array& rows, const Eigen::Vector3d& offset);
 std::vector<Eigen::Vector3d> toDoubles(const pybind11::array& rows);
 
-/// What to subtract from them, see floatOffset.
+/// The offset to subtract from the rows, see floatOffset.
 Eigen::Vector3d offsetOf(const pybind11::array& rows);
 
-/// A copy of an array whose rows are elements. \throw std::invalid_argument for another shape
+/// Copies an array whose rows are elements; empty for None. \throw std::invalid_argument for another shape
 template <typename Element, typename Number>
 std::vector<Element> elementsOf(const pybind11::object& object)
 {
@@ -39,7 +40,7 @@ std::vector<Element> elementsOf(const pybind11::object& object)
   return {first, first + array.shape(0)};
 }
 
-/// An array that the values are moved into; None for no values.
+/// Moves the values into an array; None for no values.
 template <typename Number, typename Element>
 pybind11::object handOver(std::vector<Element>&& values)
 {
@@ -56,11 +57,11 @@ pybind11::object handOver(std::vector<Element>&& values)
   return pybind11::array_t<Number>(shape, data, owner);
 }
 
-/// What Python knows of a mesh as keywords: arrays, and the other way round.
+/// Converts a mesh to a dictionary of arrays, and back.
 pybind11::dict toDict(SurfaceMesh mesh);
 SurfaceMesh toMesh(const pybind11::dict& arrays);
 
-/// The colors of points, read where they are. \param colors rows of three bytes, which outlive what is returned
+/// The colors of points, without a copy. \param colors rows of three bytes, which must outlive the result
 pcl::mrf::PointAttributes attributesOf(const pybind11::object& colors);
 
 } // namespace mrf_apps

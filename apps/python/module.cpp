@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// The module pcl_mrf._core: a run, its options, its field and files. What users call is around it, in Python.
+/// The module pcl_mrf._core: a run, its options, its field and files. The interface for users is in Python, around it.
 #include "arrays.h"
 #include "support/errors.h"
 #include "support/float_offset.h"
@@ -28,7 +28,7 @@ namespace py = pybind11;
 namespace mrf_apps {
 namespace {
 
-/// "--max-hole" as a keyword: "max_hole". What would be called as an argument that is an array is not.
+/// The keyword of a flag, such as "max_hole" for "--max-hole". "normals" and "sensors" are the names of arrays.
 std::string keywordOf(const std::string& flag)
 {
   if (flag == "--normals")
@@ -40,7 +40,7 @@ std::string keywordOf(const std::string& flag)
   return name;
 }
 
-/// A message of the library, or of the command line, that names options as keywords.
+/// A message of the library or of the command line, with keywords in place of its option names.
 std::string withKeywords(const std::string& message)
 {
   const std::string flags = pcl::mrf::withOptionNames(message, pcl::mrf::OptionNaming::flags);
@@ -78,7 +78,7 @@ pcl::mrf::Options optionsOf(const Texts& texts)
   return options;
 }
 
-/// Of each option its keyword, what it does, and what it takes: words, or a number's unit.
+/// The keyword, the help and the values of each option: words, or the unit of a number.
 std::vector<std::array<std::string, 3>> listOptions()
 {
   std::vector<std::array<std::string, 3>> list;
@@ -94,7 +94,7 @@ std::vector<std::array<std::string, 3>> listOptions()
   return list;
 }
 
-/// Tells Python how far a run is, and asks it for signals such as Ctrl-C.
+/// Reports progress to Python, and checks for signals such as Ctrl-C.
 class PythonProgress {
 public:
   explicit PythonProgress(py::object told) : told_(std::move(told)) {}
@@ -113,7 +113,7 @@ public:
     }
   }
 
-  /// What Python threw meanwhile, as it was.
+  /// Rethrows the exception that Python threw meanwhile.
   void rethrow() const
   {
     if (error_)
@@ -188,7 +188,7 @@ std::string reportOf(const pcl::mrf::Report& report)
   return json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
 }
 
-/// A run. \return status, message and report, the arrays of the mesh, its field, and the surfaces that sigma allows for
+/// Reconstructs. \return status, message and report, the arrays of the mesh, its field, and the drawn surfaces
 py::tuple reconstruct(const py::dict& arrays, const Texts& texts, const py::object& told)
 {
   PythonProgress progress(told);
@@ -222,7 +222,7 @@ py::tuple reconstruct(const py::dict& arrays, const Texts& texts, const py::obje
                         isDone ? py::cast(Field(std::move(result.field), result.points.offset)) : py::none(), surfaces);
 }
 
-/// Writes a mesh's arrays. \return what STL leaves off the vertices, as a warning, or empty \throw std::runtime_error
+/// Writes a mesh. \return a warning if an offset was subtracted from the vertices, else empty \throw std::runtime_error
 std::string save(const py::dict& arrays, const std::string& path)
 {
   const SurfaceMesh mesh = toMesh(arrays);

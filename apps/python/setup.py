@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""For pip: has CMake build the module, with the library inside. PCL, Eigen, zlib and nlohmann-json have to be there."""
+"""For pip: lets CMake build the module, with the library inside. Needs PCL, Eigen, zlib and nlohmann-json."""
 
 import importlib.util
 import os

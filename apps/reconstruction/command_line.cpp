@@ -23,8 +23,8 @@ namespace {
 using pcl::mrf::OptionDeclaration;
 using pcl::mrf::Options;
 
-/// Registers options of the library's table. They are set in the order in which they are registered: on top of a
-/// preset, which is the first, wherever it is given.
+/// Registers options of the library's table. They are set in the order of registration. The preset is registered first,
+/// so that all other options change it, wherever it is given.
 class OptionParser : public ToolOptions {
 public:
   explicit OptionParser(Options& options)
@@ -39,7 +39,7 @@ public:
     const OptionDeclaration& option = pcl::mrf::optionDeclaration(name);
     const auto set = [this, &option](const std::string& text) { return setByText(options_, option, text); };
     if (option.isNumber()) {
-      std::string unit = option.unit; // as the help calls a number
+      std::string unit = option.unit; // upper case in the help
       std::transform(unit.begin(), unit.end(), unit.begin(), [](unsigned char c) { return std::toupper(c); });
       return add(option.flag, unit, helpOf(option), set);
     }
@@ -66,13 +66,13 @@ private:
   Options& options_;
 };
 
-/// What is parsed besides the command itself.
+/// Parsed words that are not stored in the command itself.
 struct Parsed {
   std::vector<std::string> operands;
-  Job asked; ///< what the options say of each job
+  Job asked; ///< the options of each job
 };
 
-// Each registers groups of the help, in the order of the stages.
+// Each of these functions registers groups of the help, in the order of the stages.
 
 void addInputOptions(OptionParser& parser, Command& command)
 {
@@ -91,7 +91,7 @@ void addInputOptions(OptionParser& parser, Command& command)
               "field of the input with the confidence of each point, 0 to 1; default none");
 }
 
-/// What is known of the noise. \param noise, smoothing the options of that name
+/// Registers the options about noise. \param noise, smoothing the options of that name
 void addNoiseOptions(OptionParser& parser, Options& options, CLI::Option* noise, CLI::Option* smoothing)
 {
   noise->excludes(smoothing);
@@ -225,7 +225,7 @@ void addEverydayOptions(ToolOptions& parser)
                         {"--resolution", "how fine voxels are is said by --quality or --voxel-size"}};
 }
 
-/// Of the words that belong to no option: the only job, or one of several.
+/// The single job, from the words that belong to no option.
 Job singleJob(const Parsed& parsed)
 {
   const std::vector<std::string>& words = parsed.operands;
@@ -238,7 +238,7 @@ Job singleJob(const Parsed& parsed)
   job.output = words.back();
   std::set<std::filesystem::path> files;
   for (const std::string& input : job.inputs) {
-    std::error_code error; // what cannot be found is told by whoever reads it
+    std::error_code error; // files that cannot be found are reported when they are read
     if (!files.insert(std::filesystem::weakly_canonical(input, error)).second && !error)
       throw UsageError("INPUT '" + input + "' is given twice");
   }

@@ -14,32 +14,32 @@ namespace mrf_apps {
 
 enum class Verbosity { quiet, normal, verbose };
 
-/// One reconstruction. Empty paths: not asked for. "-" is standard input or output.
+/// One reconstruction. Empty paths were not given. "-" is standard input or output.
 struct Job {
-  std::vector<std::string> inputs; ///< of one cloud
+  std::vector<std::string> inputs; ///< all of one cloud
   std::string output;
   std::string report, field, picture;
-  std::string tiles;        ///< folder of the mesh in tiles
+  std::string tiles;        ///< folder for the mesh in tiles
   std::string outputFormat; ///< extension of a mesh file, lower case
 };
 
-/// What the user asks for.
+/// The options of the tool.
 struct Command {
-  std::vector<Job> jobs;       ///< one, or several with a folder of outputs
-  std::string outputDirectory; ///< to be made if it is not there; empty: the single job names its output
-  std::string inputFormat;     ///< extension that stands for that of all inputs; empty: their own
+  std::vector<Job> jobs;       ///< one, or several with an output directory
+  std::string outputDirectory; ///< made if it does not exist; empty: the single job names its output
+  std::string inputFormat;     ///< extension used instead of those of the inputs; empty: their own
   pcl::mrf::Options options;   ///< the preset with the explicit options on top
   std::vector<Eigen::Vector3d> sensors;
   std::string sensorsFile, viewsFile;
-  std::size_t tileTriangles = 1000000; ///< of each tile, at most
+  std::size_t tileTriangles = 1000000; ///< maximum number in a tile
   std::string camera;                  ///< of pictures, as wrongCamera accepts it; empty: the default
   Verbosity verbosity = Verbosity::normal;
-  std::string workDirectory; ///< of results of parts of the run; empty: none are kept
+  std::string workDirectory; ///< for the results of parts of the run; empty: none are kept
   bool isResumed = false;
-  pcl::mrf::TaskRunner* ranks = nullptr;      ///< that mpirun has started
-  pcl::mrf::TaskDirectory* results = nullptr; ///< in the work directory
-  bool hasProgress = false;                   ///< to be told also where standard error is no terminal
-  std::string information;                    ///< text of --help or its like; if set, the rest is not
+  pcl::mrf::TaskRunner* ranks = nullptr;      ///< the processes that mpirun started
+  pcl::mrf::TaskDirectory* results = nullptr; ///< those in the work directory
+  bool hasProgress = false;                   ///< show progress even if standard error is no terminal
+  std::string information;                    ///< text of --help or a similar option; if set, the rest is not
 };
 
 /// Parses and checks everything that can be checked without opening a file. \throw UsageError

@@ -119,7 +119,7 @@ std::string resolution(const Report& report)
   return "voxel by the data: points left out are off by " + scores;
 }
 
-/// Of noise that is known, strong, or that neighbors share: where it was taken from, and what follows.
+/// Describes noise that is known, strong, or shared by neighbors: its source and its consequences.
 std::string noise(const pcl::mrf::NoiseReport& noise)
 {
   std::string text;
@@ -151,7 +151,7 @@ std::string topology(const pcl::mrf::MeshStatistics& mesh)
   return text;
 }
 
-/// \param sigma of the vertices that `what` names
+/// \param sigma of the vertices that `what` describes
 std::string halfWidths(const char* what, const pcl::mrf::SigmaQuantiles& sigma)
 {
   return format("%s +-%.3g (median), +-%.3g (95 %% of the vertices)", what, pcl::mrf::halfWidthPerSigma * sigma.median,
@@ -220,7 +220,7 @@ void printDetails(const Report& report, const Log& print)
   }
 }
 
-/// The time that remains as the time so far foretells it; nothing while that is guessing.
+/// The remaining time, extrapolated from the time so far; empty while that is only a guess.
 std::string timeLeft(double seconds, double fraction)
 {
   constexpr double soonest = 5, least = .05;
@@ -324,7 +324,7 @@ void printSummary(const RunSummary& run, const Report& report, Verbosity verbosi
 
   std::vector<std::string> times;
   const auto addTime = [&times](const std::string& stage, double seconds) {
-    if (seconds >= .005) // else 0.00
+    if (seconds >= .005) // smaller ones would print as 0.00
       times.push_back(format("%s %.2f", stage.c_str(), seconds));
   };
   addTime("reading", run.readingSeconds);
@@ -368,7 +368,7 @@ void printLine(const RunSummary& run, const Report& report, Verbosity verbosity)
               counted(report.points.used, "point", "points").c_str(),
               counted(report.mesh.triangles, "triangle", "triangles").c_str(),
               run.readingSeconds + report.seconds + run.writingSeconds);
-  std::fflush(stdout); // the next one may take minutes
+  std::fflush(stdout); // the next job may take minutes
 }
 
 } // namespace mrf_apps

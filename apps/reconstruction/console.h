@@ -15,16 +15,16 @@
 
 namespace mrf_apps {
 
-/// How far the run has got, on standard error: a bar if that is a terminal, lines if it is asked for elsewhere.
+/// Shows the progress of the run on standard error: a bar on a terminal, lines elsewhere if they are asked for.
 class ProgressDisplay {
 public:
-  /// \param jobs that are done one after the other
+  /// \param jobs number of jobs, done one after the other
   ProgressDisplay(const Command& command, std::size_t jobs);
   ~ProgressDisplay() { clear(); }
   ProgressDisplay(const ProgressDisplay&) = delete;
   ProgressDisplay& operator=(const ProgressDisplay&) = delete;
 
-  /// \param job number of the running one, from 0 \param fraction of it that is done, 0..1
+  /// \param job number of the running job, from 0 \param fraction of this job that is done, 0..1
   void show(std::size_t job, const std::string& stage, double fraction);
 
   /// Removes the bar.
@@ -39,23 +39,23 @@ private:
   std::chrono::steady_clock::time_point start_, last_;
 };
 
-/// What the summary tells besides the report.
+/// The data that the summary prints besides the report.
 struct RunSummary {
   std::string input;
   std::size_t points = 0;
-  std::vector<std::string> fields; ///< what came with the points
+  std::vector<std::string> fields; ///< data that came with the points
   std::vector<std::string> notes;
   double readingSeconds = 0, writingSeconds = 0;
   std::vector<std::pair<std::string, std::int64_t>> written; ///< path and bytes
 };
 
-/// Prints the warnings to standard error. \param input in front of each; may be empty
+/// Prints the warnings to standard error. \param input printed in front of each; may be empty
 void printWarnings(const pcl::mrf::Report& report, const std::string& input = {});
 
 /// Prints the closing summary, and warnings to standard error. \param log where to print, such as stdout
 void printSummary(const RunSummary& run, const pcl::mrf::Report& report, Verbosity verbosity, std::FILE* log);
 
-/// The same in a line, for one of several jobs.
+/// The same in one line, for one of several jobs.
 void printLine(const RunSummary& run, const pcl::mrf::Report& report, Verbosity verbosity);
 
 } // namespace mrf_apps

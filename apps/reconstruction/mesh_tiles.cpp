@@ -126,7 +126,7 @@ TileFolder::TileFolder(const std::string& path, const std::vector<std::string>& 
   makeFolder(path);
   for (const fs::directory_entry& entry : fs::directory_iterator(path, error))
     if (entry.path().filename().string().rfind(".tile_", 0) == 0)
-      fs::remove(entry.path(), error); // of a run that was killed
+      fs::remove(entry.path(), error); // left by a run that was killed
   if (!fs::is_empty(path, error))
     throw FileError(path, error ? "cannot be read: " + error.message()
                                 : "holds files, of an earlier run maybe; delete them, or name another folder");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// A mesh as a folder of tiles that join exactly.
+/// Writes a mesh as a folder of tiles that join exactly.
 #pragma once
 
 #include "support/output_files.h"
@@ -12,12 +12,12 @@
 
 namespace mrf_apps {
 
-/// The folder: made if it is not there, and removed again if nothing has come into it.
+/// The folder of the tiles: made if it does not exist, and removed again if it stays empty.
 class TileFolder {
 public:
   /// \param path empty: no tiles are asked for
   /// \param others further outputs, none of which may be in the folder
-  /// \throw FileError if it cannot be made, or holds anything \throw UsageError
+  /// \throw FileError if it cannot be made, or is not empty \throw UsageError
   TileFolder(const std::string& path, const std::vector<std::string>& others);
   ~TileFolder();
   TileFolder(const TileFolder&) = delete;
@@ -26,11 +26,11 @@ public:
   /// The first file, to be declared before the work.
   std::string firstFile() const { return path_.empty() ? "" : file(0); }
 
-  /// Writes tile_0000.ply … and, as the last file, index.json, which lists them. Each triangle is in one tile, whose
-  /// vertices are those of the mesh with all they have. Tiles are cut in two across their longest side again and again,
-  /// so that they have equally many triangles.
+  /// Writes tile_0000.ply … and, as the last file, index.json, which lists them. Each triangle is in one tile; the
+  /// vertices of a tile have all fields of the mesh. The mesh is halved across its longest side again and again, so
+  /// that all tiles have equally many triangles.
   /// \param largest number of triangles in a tile, > 0 \param outputs where the first file is declared
-  /// \return what was written, for a summary, and bytes
+  /// \return a text for the summary, and the bytes written
   std::pair<std::string, std::int64_t> write(const SurfaceMesh& mesh, std::size_t largest, OutputFiles& outputs) const;
 
 private:

@@ -41,7 +41,7 @@ constexpr const char* memoryAdvice = "choose a larger --voxel-size";
 
 volatile std::sig_atomic_t interrupted = 0;
 
-/// The first signal ends the run in an orderly way, the second one at once.
+/// The first signal cancels the run in an orderly way, the second one ends the process at once.
 void interrupt(int signal)
 {
   interrupted = 1;
@@ -50,8 +50,8 @@ void interrupt(int signal)
 
 struct Input {
   PointTable table;
-  pcl::mrf::RawCloud cloud;             ///< of the table, which keeps colors and scalars
-  std::vector<Eigen::Vector3d> sensors; ///< with the one that the file names, if it counts
+  pcl::mrf::RawCloud cloud;             ///< made from the table, which keeps colors and scalars
+  std::vector<Eigen::Vector3d> sensors; ///< including the one that the file names, if it is used
 };
 
 struct Result {
@@ -59,8 +59,8 @@ struct Result {
   pcl::mrf::Report report;
   pcl::mrf::DistanceField field; ///< only if it is to be written
   Eigen::Vector3d fieldOffset = Eigen::Vector3d::Zero();
-  Eigen::Vector3d shiftOfOutput = Eigen::Vector3d::Zero(); ///< what the mesh's file leaves off the vertices
-  std::vector<std::vector<float>> surfaces; ///< distances that the vertices move along their normals, to be written
+  Eigen::Vector3d shiftOfOutput = Eigen::Vector3d::Zero(); ///< subtracted from the vertices in the mesh's file
+  std::vector<std::vector<float>> surfaces; ///< drawn surfaces to write: distances to move each vertex along its normal
 };
 
 std::string scalarNames(const PointTable& table)
@@ -71,7 +71,7 @@ std::string scalarNames(const PointTable& table)
   return result.empty() ? "none" : result;
 }
 
-/// The input in a message.
+/// The name of the input in messages.
 std::string inputName(const Job& job)
 {
   const std::string& first = job.inputs.front();
@@ -88,7 +88,7 @@ std::vector<std::string> filesRead(const Job& job, const Command& command)
   return files;
 }
 
-/// \param name of a field that each file has to have; none if empty \param option that names it
+/// \param name of a field that each file must have; empty: none \param option that names the field
 void requireField(const std::string& path, const PointTable& table, const std::string& option, const std::string& name)
 {
   if (!name.empty() && table.scalars.count(name) == 0)
@@ -96,7 +96,7 @@ void requireField(const std::string& path, const PointTable& table, const std::s
                      "'; its scalar fields are: " + scalarNames(table));
 }
 
-/// A file of the input, without sensors if the command has others or does not want it to name any.
+/// Reads a file of the input. Drops its sensors if the command names others or turns them off.
 PointTable readFile(const std::string& path, const Command& command)
 {
   PointTable table = readPoints(path, command.inputFormat);
@@ -113,7 +113,7 @@ PointTable readFile(const std::string& path, const Command& command)
   return table;
 }
 
-/// The confidences, noise, sensors and views of the command.
+/// Adds the confidences, noise, sensors and views that the command names.
 void addSensors(const Command& command, Input& input)
 {
   const auto fieldOf = [&](const std::string& name) {
@@ -139,7 +139,7 @@ void addSensors(const Command& command, Input& input)
   }
 }
 
-/// Colors and intensities of the input. \param table outlives what is returned
+/// Colors and intensities of the input. \param table must outlive the result
 pcl::mrf::PointAttributes attributesOf(const PointTable& table)
 {
   const std::vector<float>* const intensities = table.hasIntensity() ? &table.scalars.at("intensity") : nullptr;
@@ -151,8 +151,8 @@ pcl::mrf::PointAttributes attributesOf(const PointTable& table)
           }};
 }
 
-/// Positions and normals are taken out of the table: of millions of points, the memory is needed. \pre the input stays
-/// where it is
+/// Reads the input. Positions and normals are moved out of the table, because their memory is needed.
+/// \pre the input is not moved afterwards
 void readInput(const Job& job, const Command& command, Input& input)
 {
   std::vector<PointTable> tables;
@@ -168,21 +168,21 @@ void readInput(const Job& job, const Command& command, Input& input)
   if (!input.cloud.offset.isZero(0))
     input.cloud.resolution = resolution;
   input.cloud.positions = toFloat(table.positions, input.cloud.offset);
-  table.positions = std::vector<Eigen::Vector3d>(); // {} would keep their memory
+  table.positions = std::vector<Eigen::Vector3d>(); // {} would keep the memory
   input.cloud.normals = std::move(table.normals);
   input.cloud.attributes = attributesOf(table);
   addSensors(command, input);
   input.sensors = sensorsOf(input.cloud, command.options);
 }
 
-/// Those of the files come first: they may explain the others, and a failure.
+/// Adds the warnings of the files, first because they may explain the others, and a failure.
 void addWarnings(const Input& input, pcl::mrf::Report& report)
 {
   report.warnings.insert(report.warnings.begin(), input.table.warnings.begin(), input.table.warnings.end());
 }
 
-/// The stages without the class for PCL's clouds and meshes, which know single precision only.
-/// \param report has what was done also if that throws
+/// Runs the library without the class for PCL's clouds and meshes, which hold only single precision.
+/// \param report is filled in also if it throws
 Result reconstruct(Input& input, const Job& job, const Command& command, const pcl::mrf::ProgressCallback& progress,
                    pcl::mrf::Report& report)
 {
@@ -220,7 +220,7 @@ std::string fieldFile(const std::string& path, std::size_t piece)
   return piece == 0 ? path : path.substr(0, dot) + "." + std::to_string(piece + 1) + path.substr(dot);
 }
 
-/// The files of the surfaces that sigma allows for: MESH.sample-1.ply, MESH.sample-2.ply …
+/// The files of the drawn surfaces: MESH.sample-1.ply, MESH.sample-2.ply …
 std::vector<std::string> sampleFiles(const Job& job, const Command& command)
 {
   const std::filesystem::path mesh(job.output);
@@ -232,7 +232,7 @@ std::vector<std::string> sampleFiles(const Job& job, const Command& command)
   return files;
 }
 
-/// The mesh moved; its normals would not be those of what comes out, and of its fields only what does not move stays.
+/// The mesh moved along its normals. Of the fields only confidences and colors are kept; the normals would be wrong.
 SurfaceMesh movedMesh(const SurfaceMesh& mesh, const std::vector<float>& distances)
 {
   SurfaceMesh moved;
@@ -247,7 +247,7 @@ SurfaceMesh movedMesh(const SurfaceMesh& mesh, const std::vector<float>& distanc
   return moved;
 }
 
-/// Those that the file or the command names, or the one that all normals look at.
+/// The sensors that the file or the command names, or the origin if a sensor was supposed there.
 std::vector<Eigen::Vector3d> knownSensors(const Result& result, const Input& input)
 {
   return result.report.sensorSupposed ? std::vector<Eigen::Vector3d>{Eigen::Vector3d::Zero()} : input.sensors;
@@ -285,7 +285,7 @@ void describeFailure(pcl::mrf::Report& report)
   }
 }
 
-/// Writes the report of a run that failed, the only file it leaves.
+/// Writes the report of a failed run, the only file that is left of it.
 void writeFailure(pcl::mrf::Report& report, const Job& job)
 {
   try {
@@ -295,7 +295,7 @@ void writeFailure(pcl::mrf::Report& report, const Job& job)
     outputs.write(job.report,
                   [&](const std::string& path) { writeReport(report, Eigen::Vector3d::Zero(), job, path); });
     outputs.publish();
-  } catch (...) { // what it was to tell is told on standard error, and matters more
+  } catch (...) { // the failure of the run is printed anyway, and matters more
   }
 }
 
@@ -318,10 +318,10 @@ RunSummary summarize(const Input& input, const Job& job)
   return summary;
 }
 
-/// The job's share of its time in which it reads, and in which it writes, of files as they are in memory.
+/// The shares of a job's time for reading and for writing, measured with files in the cache.
 constexpr double readingShare = .03, writingShare = .03;
 
-/// Writes what was asked for to the declared outputs. \return paths and bytes
+/// Writes the outputs of the job to the declared files. \return paths and bytes
 std::vector<std::pair<std::string, std::int64_t>> writeOutputs(const Result& result, const Input& input, const Job& job,
                                                                const Command& command, const TileFolder& tiles,
                                                                OutputFiles& outputs)
@@ -355,8 +355,8 @@ std::vector<std::pair<std::string, std::int64_t>> writeOutputs(const Result& res
   return written;
 }
 
-/// Reads, reconstructs, and publishes the declared outputs. \param report has what was done also if that throws
-/// \param progress is told of the whole job
+/// Reads, reconstructs, and publishes the declared outputs. \param report is filled in also if it throws
+/// \param progress of the whole job
 RunSummary produce(const Job& job, const Command& command, const TileFolder& tiles, OutputFiles& outputs,
                    pcl::mrf::Report& report, const pcl::mrf::ProgressCallback& progress)
 {
@@ -373,7 +373,7 @@ RunSummary produce(const Job& job, const Command& command, const TileFolder& til
         return progress(stage, readingShare + (1 - readingShare - writingShare) * fraction);
       },
       report);
-  pcl::mrf::releaseFreedMemory(); // which tools keep for their next arrays; the system needs it for files
+  pcl::mrf::releaseFreedMemory(); // memory kept for the next arrays, which the system needs for files
   if (command.isResumed) {
     const int found = command.results->found(), all = found + command.results->made();
     summary.notes.push_back(found == 0 ? "nothing to resume: no part of this run was there"
@@ -403,8 +403,8 @@ RunSummary produce(const Job& job, const Command& command, const TileFolder& til
   return summary;
 }
 
-/// A job from its declared outputs to its summary; a cloud that cannot be reconstructed is an error of its file.
-/// \param report of what was done, also if that throws
+/// Runs a job, from its declared outputs to its summary. A cloud that cannot be reconstructed is an error of its file.
+/// \param report is filled in also if it throws
 RunSummary runJob(const Job& job, const Command& command, pcl::mrf::Report& report,
                   const pcl::mrf::ProgressCallback& progress)
 {
@@ -421,7 +421,7 @@ RunSummary runJob(const Job& job, const Command& command, pcl::mrf::Report& repo
   report.options = command.options;
   const auto fail = [&] {
     outputs.reset();
-    if (interrupted == 0 && !job.report.empty()) // who interrupts wants nothing
+    if (interrupted == 0 && !job.report.empty()) // an interrupted run writes no report
       writeFailure(report, job);
   };
   try {
@@ -435,7 +435,7 @@ RunSummary runJob(const Job& job, const Command& command, pcl::mrf::Report& repo
   }
 }
 
-/// Runs the jobs one after the other; a failure is told on standard error, and the others are done.
+/// Runs the jobs one after the other. A failure is printed to standard error, and the other jobs are still run.
 /// \return the exit status of the first one that failed
 int runJobs(const Command& command)
 {
@@ -476,20 +476,20 @@ int runJobs(const Command& command)
   return firstFailure;
 }
 
-/// What a launcher says of this process; empty if nothing.
+/// An environment variable that a launcher of parallel processes sets; empty if it is not set.
 std::string launched(const char* variable)
 {
   const char* const value = std::getenv(variable);
   return value == nullptr ? "" : value;
 }
 
-/// Whether mpirun has started this process.
+/// True if mpirun started this process.
 bool isRank()
 {
   return !launched("OMPI_COMM_WORLD_SIZE").empty();
 }
 
-/// Of launchers that are not Open MPI's: MPICH's, and Slurm's without it.
+/// Warns if a launcher other than Open MPI's started several processes: MPICH's, or Slurm's without Open MPI.
 void warnOfLaunchers()
 {
   for (const auto& [count, number] : {std::pair("PMI_SIZE", "PMI_RANK"), {"SLURM_STEP_NUM_TASKS", "SLURM_PROCID"}})
@@ -500,7 +500,7 @@ void warnOfLaunchers()
                    all.c_str());
 }
 
-/// In the work directory, if there is to be one. \throw FileError
+/// The results in the work directory; null if none is asked for. \throw FileError
 std::unique_ptr<pcl::mrf::TaskDirectory> keptResults(const Command& command)
 {
   if (command.workDirectory.empty())
@@ -525,7 +525,7 @@ int run(const Command& given, pcl::mrf::TaskRunner* ranks)
     requireDisplay();
   if (first.output == "-" && first.outputFormat != "obj" && isatty(STDOUT_FILENO) != 0)
     throw UsageError("OUTPUT: standard output is a terminal, and " + first.outputFormat + " is no text; name a file");
-  // From here on there are temporary files to remove.
+  // From here on there are temporary files to remove on signals.
   const auto handler = isRank() ? endBySignal : interrupt; // mpirun kills its ranks some milliseconds later
   std::signal(SIGINT, handler);
   std::signal(SIGTERM, handler);
@@ -537,7 +537,7 @@ int run(const Command& given, pcl::mrf::TaskRunner* ranks)
 
 int runRank(int argc, char** argv)
 {
-  const bool isSilent = isRank() && launched("OMPI_COMM_WORLD_LOCAL_RANK") != "0"; // another rank tells the same
+  const bool isSilent = isRank() && launched("OMPI_COMM_WORLD_LOCAL_RANK") != "0"; // another rank prints the same
   Command given;
   try {
     given = parseCommandLine(argc, argv);
@@ -552,7 +552,7 @@ int runRank(int argc, char** argv)
     warnOfLaunchers();
     std::unique_ptr<pcl::mrf::TaskRunner> ranks;
     if (isRank() && !(ranks = pcl::mrf::tasksOfRanks()))
-      return int{exitDone}; // another rank has run
+      return int{exitDone}; // another rank has done the run
     return run(command, ranks.get());
   });
 }

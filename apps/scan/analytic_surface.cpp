@@ -11,7 +11,7 @@ using Eigen::Vector3d;
 
 namespace {
 
-/// Cuts the parameters of a patch in halves until each cell is flat, and on the surface or off it.
+/// Halves the parameter cells of a patch until each is flat, and either on the surface or off it.
 class Tessellation {
 public:
   Tessellation(const Shape& shape, const Patch& patch, Triangles& triangles)
@@ -24,14 +24,14 @@ public:
     int found = 0;
     for (int i = 0; i < 9; ++i)
       found += at(lower + .5 * side * Eigen::Array2d(i % 3, i / 3), points[i]) ? 1 : 0;
-    // Along u and along v, through the middle: a closed line's ends meet.
+    // Along u and along v, through the middle, because the ends of a closed line are at the same place.
     Eigen::Array2d length, sag;
     for (int axis = 0; axis < 2; ++axis) {
       const Vector3d &a = points[axis == 0 ? 3 : 1].position, &b = points[axis == 0 ? 5 : 7].position;
       length[axis] = (points[4].position - a).norm() + (b - points[4].position).norm();
       sag[axis] = (points[4].position - .5 * (a + b)).norm();
     }
-    // Larger cells may have what none of nine points tells.
+    // Larger cells may have details that none of the nine points shows.
     const bool isSmall = length.maxCoeff() < .01 * diagonal_;
     if (found == 0 && isSmall)
       return;
@@ -53,7 +53,7 @@ public:
   }
 
 private:
-  /// \return whether it is on the surface, not buried or cut away
+  /// \return true if the point is on the surface, not buried or cut away
   bool at(const Eigen::Array2d& place, SurfacePoint& point) const
   {
     Draw draw;
@@ -156,7 +156,7 @@ Patch reversed(const Patch& patch)
 
 double leaves(const Box& box, const Vector3d& origin, const Vector3d& direction)
 {
-  // A millionth of the diagonal: flat boxes have no thickness to be hit.
+  // A millionth of the diagonal, because flat boxes have no thickness to be hit.
   const double margin = 1e-6 * box.diagonal().norm();
   double enter = 0, leave = std::numeric_limits<double>::max();
   for (int axis = 0; axis < 3; ++axis) {
@@ -195,13 +195,13 @@ bool AnalyticSurface::sample(const Draw& draw, SurfacePoint& point) const
   point.part = static_cast<std::int64_t>(part);
   if (!shape_.patches[part].at(draw, point))
     return false;
-  // Buried in another solid, or cut away. The limit is far above rounding and far below what could be seen.
+  // False if buried in another solid or cut away. The limit is far above rounding and far below visible details.
   return std::abs(shape_.distance(point.position)) < 1e-9 * shape_.box.diagonal().norm();
 }
 
 bool AnalyticSurface::isOccluded(const SurfacePoint& point, const Vector3d& from) const
 {
-  // Towards the point; near it the distance falls to 0 because of the point itself, so that the last bit is not walked.
+  // Walks towards the point but not the last bit, where the distance falls to 0 because of the point itself.
   const double diagonal = shape_.box.diagonal().norm(), hit = 1e-7 * diagonal, last = 1e-4 * diagonal;
   const double length = (point.position - from).norm();
   const Vector3d direction = (point.position - from) / length;
@@ -229,12 +229,12 @@ bool AnalyticSurface::firstHit(const Vector3d& origin, const Vector3d& direction
   if (!(walked <= last) || free >= hit)
     return false;
   point.position = origin + walked * direction;
-  // Beyond the box the distance goes on where the shape has ended.
+  // Outside of the box there is no surface, although the distance may be 0.
   const Vector3d margin = Vector3d::Constant(1e-6 * diagonal);
   if ((point.position - shape_.box.min() + margin).minCoeff() < 0 ||
       (shape_.box.max() - point.position + margin).minCoeff() < 0 || (shape_.isOpen && shape_.isOpen(point.position)))
     return false;
-  // Rounding of the differences is about 10⁻¹⁶/10⁻⁶.
+  // The rounding error of the differences is about 10⁻¹⁶/10⁻⁶.
   for (int axis = 0; axis < 3; ++axis) {
     const Vector3d offset = 1e-6 * diagonal * Vector3d::Unit(axis);
     point.normal[axis] = shape_.distance(point.position + offset) - shape_.distance(point.position - offset);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// Analytic shapes as surfaces to scan: patches, solids, scenes, and the catalog of shapes by name.
+/// Analytic shapes as surfaces to scan: patches, solids, scenes, and the catalog of named shapes.
 #pragma once
 
 #include "surface.h"
@@ -12,8 +12,8 @@ namespace pcl::mrf::scan {
 
 /// A piece of surface with a closed parametrization.
 struct Patch {
-  double area = 0; ///< that the draws are spread over
-  /// Sets position and normal; false rejects the draw.
+  double area = 0; ///< over which draws are spread, rejected ones too
+  /// Sets position and normal. \return false to reject the draw
   std::function<bool(const Draw& draw, SurfacePoint& point)> at;
 };
 
@@ -28,13 +28,13 @@ Patch rectanglePatch(const Eigen::Vector3d& corner, const Eigen::Vector3d& side1
 /// The same patch, seen from the other side: the wall of a cavity.
 Patch reversed(const Patch& patch);
 
-/// A shape given by its signed distance and by patches that cover its zero level: a point of a patch counts where the
-/// distance is 0, so solids are joined and cut by their distances alone, and sampling stays even.
+/// A shape given by its signed distance and by patches that cover its zero level: a point of a patch is on the surface
+/// only where the distance is 0. So solids are joined and cut by their distances alone, and sampling stays even.
 struct Shape {
   shapes::Sdf distance;
   std::vector<Patch> patches;
   Box box;
-  /// True at places of the zero level inside the box that no patch covers: an opening. Empty: there is none.
+  /// True at places of the zero level inside the box that no patch covers: openings. Empty: there are none.
   std::function<bool(const Eigen::Vector3d& position)> isOpen = {};
 };
 
@@ -42,15 +42,15 @@ class AnalyticSurface : public Surface {
 public:
   explicit AnalyticSurface(Shape shape);
 
-  /// To 10⁻⁴ of the diagonal; where patches end in each other, and at openings, to 5 · 10⁻⁴ of it; what is narrower
-  /// than half a per cent may be overlooked there. Without common vertices.
+  /// Accurate to 10⁻⁴ of the diagonal; where patches end in each other and at openings to 5 · 10⁻⁴, and details
+  /// narrower than half a per cent may be missed there. Cells of two triangles share no vertices.
   Triangles triangulate() const override;
   double drawnArea() const override { return areas_.back(); }
   bool sample(const Draw& draw, SurfacePoint& point) const override;
   /// By sphere tracing.
   bool isOccluded(const SurfacePoint& point, const Eigen::Vector3d& from) const override;
-  /// By sphere tracing, to 10⁻⁹ of the diagonal; the normal by differences of the distance. What closes an opening of
-  /// the shape stops the ray without a hit, as it hides what is behind it.
+  /// By sphere tracing, to 10⁻⁹ of the diagonal; the normal by differences of the distance. At an opening the ray ends
+  /// without a hit, because the zero level there hides what is behind it.
   bool firstHit(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction, SurfacePoint& point) const override;
   Box boundingBox() const override { return shape_.box; }
   const shapes::Sdf& distance() const { return shape_.distance; }
@@ -60,7 +60,7 @@ private:
   std::vector<double> areas_; ///< cumulative
 };
 
-/// The box of these half sides about a center.
+/// The box with these half sides around a center.
 Box boxOf(const Eigen::Vector3d& half, const Eigen::Vector3d& center = Eigen::Vector3d::Zero());
 
 /// \param rounding of the edges, at most the shortest half side
@@ -71,23 +71,22 @@ Shape makeSphere(double radius, const Eigen::Vector3d& center = Eigen::Vector3d:
 /// Around an axis parallel to z.
 Shape makeTorus(double majorRadius, double minorRadius, const Eigen::Vector3d& center = Eigen::Vector3d::Zero());
 
-/// Along one of the axes. \param areEndsClosed false: its ends belong to the solid, but are not seen
+/// Along one of the axes. \param areEndsClosed false: the ends belong to the solid, but are not surface
 Shape makeCylinder(const Eigen::Vector3d& a, const Eigen::Vector3d& b, double radius, bool areEndsClosed);
 
-/// All of them: what is buried in another is not surface. \pre none has openings
+/// The union of the parts; surface of a part inside another part is dropped. \pre no part has openings
 Shape unite(const std::vector<Shape>& parts);
 
 // Scenes like those that depth cameras, lidars and airborne scanners see: open, cluttered, of uneven density.
 
-/// Objects on a table before a wall, y up, the table's top at y = 0, the wall at −z. \param size of the whole over 2.8
-/// m
+/// Objects on a table before a wall, y up, the table's top at y = 0, the wall at −z. \param size width of the wall
 Shape makeTableScene(double size);
 
 /// The inside of a room, y up, the floor at y = 0 about the origin: table, chair, sofa, shelf, lamp and small things.
-/// \param width along x; 4/5 of it deep and 1/2 high
+/// \param width along x; the depth is 4/5 of it, the height 1/2
 Shape makeRoom(double width);
 
-/// Somebody who stands on the origin, y up, with arms apart, facing +z. \param height over 1.75 m
+/// A person standing on the origin, y up, with arms apart, facing +z. \param height of the person
 Shape makePerson(double height);
 
 /// The front of a house, y up, seen from +z: windows, door, ledges, columns, a balcony. \param width along x

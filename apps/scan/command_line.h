@@ -8,7 +8,7 @@
 
 namespace mrf_apps {
 
-/// What the user asks for. Empty paths: not asked for.
+/// The options of the tool. Empty paths were not given.
 struct ScanCommand {
   std::string input; ///< mesh file or description of a shape
   std::string output;

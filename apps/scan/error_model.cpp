@@ -23,24 +23,24 @@ void require(bool holds, const std::string& message)
 namespace {
 
 constexpr double disparityNoise = .08, disparityStep = 1. / 8, disparityLength = 3; ///< pixels
-constexpr double flyingShare = .3;                                                  ///< of the pixels at edges
+constexpr double flyingShare = .3;                                                  ///< share of the pixels at edges
 constexpr double textureLength = 15;                                                ///< spacings
 constexpr double textureLimit = 1.2816; ///< a normal deviate is above it in a tenth of all cases
 
-/// Of the cone, radians.
+/// Width of the beam's cone, radians.
 double footprintOf(const ScanOptions& options)
 {
   if (options.device == Device::lidar)
     return .003;
   const bool isMatched = options.device == Device::depthCamera || options.device == Device::structuredLight;
-  return isMatched ? 4 / options.sampling.focalLength : 0; // so many pixels at a time
+  return isMatched ? 4 / options.sampling.focalLength : 0; // four pixels are matched together
 }
 
-/// What rays around the middle one of a footprint meet.
+/// What the rays of a footprint around its middle ray meet.
 struct Footprint {
   static constexpr int rays = 8;
-  int others = 0, misses = 0; ///< of the rays: those that meet another surface, and nothing
-  double otherRange = 0;      ///< mean of the others
+  int others = 0, misses = 0; ///< number of rays that meet another surface, and that meet nothing
+  double otherRange = 0;      ///< mean range of the others
   bool isAtEdge() const { return others + misses > 0; }
 };
 
@@ -60,7 +60,7 @@ Footprint footprintAt(const Surface& surface, const Vector3d& sensor, const Vect
       ++result.misses;
       continue;
     }
-    // Beside the plane through the middle's point; folds and curvature stay within a few widths.
+    // Other surface is far from the plane through the middle ray's point; folds and curvature stay within a few widths.
     const double plane = normal.dot(position - sensor) / normal.dot(direction);
     const double found = (hit.position - sensor).norm();
     if (std::abs(found - plane) > 5 * width * range) {
@@ -72,9 +72,9 @@ Footprint footprintAt(const Surface& surface, const Vector3d& sensor, const Vect
   return result;
 }
 
-/// A depth camera's: the disparity, focal length · baseline / depth pixels, has an error with a deviation of .08 pixels
-/// and a correlation of exp(−½ (d/3 px)²) in the image, and is rounded to eighths of a pixel. \param object in the
-/// cloud's frame
+/// Adds the errors of a depth camera: the disparity, focal length · baseline / depth, in pixels, has an error with a
+/// deviation of .08 pixels and a correlation of exp(−½ (d/3 px)²) in the image, and is rounded to eighths of a pixel.
+/// \param object in the cloud's frame
 void addDisparityErrors(const ScanOptions& options, const Box& object, Scan& scan)
 {
   Random random(options.seed, matching);
@@ -98,8 +98,8 @@ void addDisparityErrors(const ScanOptions& options, const Box& object, Scan& sca
   }
 }
 
-/// Photogrammetry's, along the normal: bumps with lengths of 4 and 12 spacings that share the variance, and white noise
-/// of a quarter of the deviation. \param sigma cloud's unit
+/// Adds the errors of photogrammetry along the normal: bumps with lengths of 4 and 12 spacings that share the variance,
+/// and white noise of a quarter of the deviation. \param sigma cloud's unit
 void addBumps(const ScanOptions& options, double sigma, Scan& scan)
 {
   Random random(options.seed, matching);
@@ -129,7 +129,7 @@ void addUniform(std::int64_t count, Random& random, Scan& scan)
   for (const Points* points : {&scan.clean, &scan.heldOut})
     for (const Vector3d& x : points->positions)
       box.extend(x);
-  // A flat object has no volume to spread them in.
+  // The margin gives flat objects a volume to spread the outliers in.
   const Vector3d margin = Vector3d::Constant(.05 * scan.diagonal), lower = box.min() - margin,
                  upper = box.max() + margin;
   for (std::int64_t i = 0; i < count; ++i) {
@@ -145,7 +145,7 @@ void addUniform(std::int64_t count, Random& random, Scan& scan)
   }
 }
 
-/// A false match puts a small, flat patch at a wrong depth: off the surface along the line of sight.
+/// Adds false matches, which put a small, flat patch at a wrong depth: off the surface along the line of sight.
 void addClusters(std::int64_t count, Random& random, Scan& scan)
 {
   constexpr int clusterSize = 30;
@@ -202,7 +202,7 @@ Points applyFootprints(const Surface& surface, const std::vector<Vector3d>& sens
   if (width == 0 && !hasTexture)
     return {};
   const SmoothField texture(textureLength * spacing, random);
-  // Three numbers for each point, whatever becomes of it.
+  // Three numbers for each point, whether they are used or not.
   std::vector<Vector3d> draws(points.size());
   for (Vector3d& draw : draws)
     draw = {random.uniform(), random.uniform(), random.uniform()};
@@ -220,7 +220,7 @@ Points applyFootprints(const Surface& surface, const std::vector<Vector3d>& sens
     const Footprint& found = footprints[i];
     const Vector3d &sensor = hasTexture ? points.positions[i] : sensors[points.views[i]],
                    ray = points.positions[i] - sensor;
-    double share = 0; // of the way to the other surface
+    double share = 0; // of the way to the other surface by which the point moves
     if (options.device == Device::lidar)
       share = found.others / (1. + Footprint::rays - found.misses);
     else if (options.device == Device::depthCamera && draws[i][1] < flyingShare)

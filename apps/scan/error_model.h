@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// What goes wrong in a scan, each by its own stream of the seed: what kinds of devices miss, mix up and measure
-/// wrongly, noise, misalignment and outliers.
+/// The errors of a scan, each with its own stream of the seed: what devices miss, mix up and measure wrongly, noise,
+/// misalignment and outliers.
 #pragma once
 
 #include "random.h"
@@ -31,27 +31,27 @@ private:
   std::array<Wave, 128> waves_;
 };
 
-/// Takes away what the device does not measure. \return points between surfaces, that belong to none: a beam is as wide
-/// as its footprint, and where that meets a second surface,
-/// - a lidar measures the mean range, if it is off by more than the footprint's width;
-/// - a depth camera, in three of ten pixels, something between the two;
-/// - structured light is lost, as it is where part of the footprint meets nothing.
+/// Removes the points that the device does not measure. \return false points between surfaces. A beam has a footprint;
+/// where the footprint meets a second surface,
+/// - a lidar measures the mean range, which makes a false point if it is off by more than the footprint's width;
+/// - a depth camera measures something between the two, in three of ten pixels;
+/// - structured light measures nothing, as where part of the footprint meets nothing.
 /// Photogrammetry finds nothing on a tenth of the surface, in places some fifteen spacings wide, for lack of texture.
 /// \param sensors, points in the surface's frame \param spacing of the points
 Points applyFootprints(const Surface& surface, const std::vector<Eigen::Vector3d>& sensors, const ScanOptions& options,
                        double spacing, Execution& execution, Points& points);
 
-/// Moves each point along its line of sight, as its device does; along its normal without a device, and as
-/// photogrammetry does. \param object in the cloud's frame
+/// Moves each point along its line of sight with the noise of the device; for photogrammetry and without a device along
+/// its normal. \param object in the cloud's frame
 void addNoise(const ScanOptions& options, const Box& object, Scan& scan);
 
-/// Of the cloud, by the plane through 16 points, turned to the sensor that saw the point, or to the true side.
+/// Estimates the cloud's normals by planes through 16 points. They face the sensor of the point, or the true side.
 void estimateNormals(Scan& scan, Execution& execution);
 
-/// Moves each view and its sensor together. \param middle that views are turned about
+/// Moves each view and its sensor together. \param middle about which views are turned
 void misalign(const ScanOptions& options, const Eigen::Vector3d& middle, Scan& scan);
 
-/// Appends points that are no surface: spread in the box, and in clusters like false matches.
+/// Appends points that are not on the surface: spread in the box, and in clusters like false matches.
 void addOutliers(const ScanOptions& options, Scan& scan);
 
 } // namespace pcl::mrf::scan

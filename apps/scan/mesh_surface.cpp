@@ -12,14 +12,14 @@ namespace pcl::mrf::scan {
 using Eigen::Vector3d;
 using Corners = std::array<std::int32_t, 3>;
 
-/// Finds the triangle that the segment origin + t · direction, tMin < t < 1, meets first; of equals that with the
-/// smaller index.
+/// Finds the triangle that the segment origin + t · direction, tMin < t < 1, meets first; of equally near ones that
+/// with the smaller index.
 struct MeshSurface::Segment {
   const MeshSurface& mesh;
   Vector3d origin, direction;
   double tMin = 0;
-  std::int64_t excluded = -1; ///< a triangle that is not met
-  bool isAnyEnough = false;   ///< whichever is met will do
+  std::int64_t excluded = -1; ///< a triangle to leave out
+  bool isAnyEnough = false;   ///< any triangle will do, not only the first
   double t = 1;
   std::int64_t triangle = -1;
   /// A huge number instead of infinity: 0 · ∞ would be NaN for a segment in the plane of a box's face.
@@ -105,7 +105,7 @@ bool MeshSurface::sample(const Draw& draw, SurfacePoint& point) const
 bool MeshSurface::isOccluded(const SurfacePoint& point, const Vector3d& from) const
 {
   const Vector3d ray = from - point.position;
-  // The triangles around the point are not in its way; a millionth of the object is far above rounding.
+  // Triangles next to the point do not occlude it; a millionth of the diagonal is far above rounding.
   Segment segment{*this, point.position, ray, 1e-6 * box_.diagonal().norm() / ray.norm(), point.part, true};
   BVIntersect(tree_, segment);
   return segment.triangle >= 0;

@@ -11,7 +11,7 @@
 
 namespace pcl::mrf::scan {
 
-/// Triangles are counter-clockwise seen from outside. Rays go through Eigen's tree of boxes.
+/// Triangles are counter-clockwise seen from outside. Rays are traced through Eigen's tree of boxes.
 class MeshSurface : public Surface {
 public:
   /// \pre corners are vertices \throw InvalidInput if a coordinate is not finite or the mesh has no area

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// Random numbers with a stream for each purpose.
 ///
-/// The engines of the C++ library are specified to the bit, its distributions and std::shuffle are not, so that these
-/// are the same whatever the library.
+/// C++ specifies its engines to the bit, but not its distributions and std::shuffle. Those here give the same numbers
+/// with every standard library.
 #pragma once
 
 #include <Eigen/Core>

@@ -38,8 +38,8 @@ public:
     cells_[keyOf(cellOf(position))].push_back({position, normal});
   }
 
-  /// True if a point is closer than radius and faces the same side as the normal: the two sides of a thin plate do not
-  /// see each other.
+  /// True if a point is closer than radius and faces the same side as the normal: points on the two sides of a thin
+  /// plate do not count as neighbors.
   bool hasWithin(const Vector3d& position, const Vector3d& normal, double radius) const
   {
     const Cell lower = cellOf(position - Vector3d::Constant(radius)),
@@ -64,7 +64,7 @@ private:
 
   static std::uint64_t keyOf(const Cell& cell)
   {
-    // 21 bits per axis: cells that are 2 million apart share a list, which costs time only.
+    // 21 bits per axis: cells 2 million cells apart share a list, which costs only time.
     const std::uint64_t mask = (1u << 21) - 1;
     const auto bits = [&](int axis) { return static_cast<std::uint64_t>(cell[axis]) & mask; };
     return mix(bits(0) | bits(1) << 21 | bits(2) << 42);
@@ -76,7 +76,7 @@ private:
 
 struct Candidate {
   Vector3d position, normal;
-  std::int32_t view; ///< that sees it; −1: none does, or it is crowded or no point of the surface
+  std::int32_t view; ///< a sensor that sees it; −1: none, or it is too close to others or not on the surface
 };
 
 /// Draws candidates, batch by batch.
@@ -88,7 +88,7 @@ public:
         random_(seed, 1), execution_(execution)
   {}
 
-  /// The next batch of candidates; only those that keep the radius to the grid's points are looked at.
+  /// The next batch of candidates; those closer than the radius to a point of the grid are rejected.
   const std::vector<Candidate>& draw(std::size_t count, const PointGrid* grid, double radius)
   {
     draws_.resize(count);
@@ -199,13 +199,13 @@ double meanSpacing(const std::vector<Vector3d>& points, const Box& box, Executio
   return apart > 0 ? sum / static_cast<double>(apart) : 0;
 }
 
-/// Candidates that are seen until there are as many as are wanted.
+/// Takes visible candidates until there are as many points as wanted.
 Points samplePoints(Sampler& sampler, const SamplingOptions& options, double visibleArea, double drawnArea,
                     Execution& execution)
 {
   const auto wanted = static_cast<std::size_t>(options.points);
   const double meanSide = std::sqrt(visibleArea / static_cast<double>(wanted));
-  // Random discs jam at .83 of this side; at .7 a candidate in about 30 still finds a place at the end.
+  // Random discs jam at .83 of this side; at .7 one candidate in about 30 still finds a place at the end.
   const bool isEven = options.pattern == Pattern::even;
   double radius = isEven ? .7 * meanSide : 0;
   PointGrid grid(1.4 * meanSide);
@@ -217,7 +217,7 @@ Points samplePoints(Sampler& sampler, const SamplingOptions& options, double vis
       if (candidate.view < 0 || points.size() == wanted)
         continue;
       if (isEven) {
-        // Candidates of one batch have not seen each other yet.
+        // Candidates of one batch have not been compared with each other yet.
         if (grid.hasWithin(candidate.position, candidate.normal, radius))
           continue;
         grid.add(candidate.position, candidate.normal);

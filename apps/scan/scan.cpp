@@ -34,7 +34,7 @@ bool parseLength(const std::string& text, Length& length)
 
 namespace {
 
-/// What the command line does not check of a single value.
+/// Checks what the command line does not check for single values.
 void validate(const ScanOptions& options)
 {
   const auto isShare = [](double percent) { return percent >= 0 && percent < 100; };
@@ -52,8 +52,8 @@ void validate(const ScanOptions& options)
           "a depth camera samples the pixels of its image: choose the sampling of a camera");
 }
 
-/// Sees the object as it lies in its own frame, by sensors that are turned the other way round, so that a rotated
-/// object is sampled like the one at rest where both are seen.
+/// Samples in the frame of the object, with the sensors rotated back, so that a rotated object gets the same samples as
+/// an unrotated one where both are seen.
 void sample(const Surface& surface, const ScanOptions& options, Execution& execution, Scan& scan)
 {
   const Box box = surface.boundingBox();
@@ -84,7 +84,7 @@ void sample(const Surface& surface, const ScanOptions& options, Execution& execu
     }
 }
 
-/// Those that no hole takes, as outliers.
+/// Adds the points between surfaces that are in no hole as outliers.
 void addBetween(Scan& scan)
 {
   for (std::size_t i = 0; i < scan.between.size(); ++i)

@@ -17,10 +17,10 @@ using Eigen::Vector3d;
 
 namespace {
 
-/// Rays that tell how much of what the sensors look at is surface.
+/// Number of rays that measure which share of the sensors' view is surface.
 constexpr double pilotRays = 40000;
 
-/// More are not tried: the object is too small to be hit.
+/// Maximum number; if too few of them hit the object, it is too small.
 constexpr double maxPilotRays = 1e6;
 
 bool isOutside(const Vector3d& sensor, const Box& object)
@@ -28,7 +28,7 @@ bool isOutside(const Vector3d& sensor, const Box& object)
   return (object.center() - sensor).norm() > .5 * object.diagonal().norm();
 }
 
-/// Where a sensor looks. Angles in full turns; of a camera, places in its image, in focal lengths.
+/// The view of a sensor. Angles are in full turns; for a camera they are places in its image, in focal lengths.
 struct Head {
   Vector3d position;
   Vector3d forward, left, up; ///< right-handed, unit
@@ -53,7 +53,7 @@ struct Row {
   double elevation;
 };
 
-/// Unit, perpendicular to both; to the first one at least.
+/// A unit vector perpendicular to both; to the first one alone if they are parallel.
 Vector3d across(const Vector3d& unit, const Vector3d& other)
 {
   const Vector3d product = unit.cross(other);
@@ -79,7 +79,7 @@ Head headOf(const Vector3d& sensor, const Box& box, const SamplingOptions& optio
   }
   head.turnsAround = !isOutside(sensor, box);
   if (!head.turnsAround) {
-    // An angle of at least the cone's: asin x ≤ (π/2) x.
+    // Not smaller than half the angle of the cone around the box's sphere: asin x ≤ (π/2) x.
     head.halfAzimuth = .125 * box.diagonal().norm() / (box.center() - sensor).norm();
     head.highest = head.halfAzimuth;
     head.lowest = -head.highest;
@@ -112,7 +112,7 @@ public:
       if (points.positions.empty())
         throw InvalidInput(nothingIsHit);
       const double share = static_cast<double>(points.size()) / wanted;
-      // Whole rows come and go with the step, so that a later pass may be worse.
+      // Whole rows are added or removed when the step changes, so that a later pass may be worse.
       if (std::abs(share - 1) < minError) {
         minError = std::abs(share - 1);
         best = std::move(points);
@@ -169,7 +169,7 @@ private:
   void scanRow(const Row& row, double step, Points& points) const
   {
     const Head& head = heads_[row.view];
-    // A whole number of steps where the row closes, or it had a seam.
+    // A row that turns around has a whole number of steps, to close without a seam.
     const auto columns = static_cast<std::int64_t>(std::ceil(2 * head.halfAzimuth / step));
     const double columnStep = head.turnsAround ? 1 / static_cast<double>(columns) : step;
     for (std::int64_t column = 0; column < columns; ++column) {

@@ -14,10 +14,10 @@ using Eigen::Vector3d;
 
 namespace {
 
-/// How deep things stand in the ground, as a share of the scene: faces that only touch would both count as surface.
+/// The depth of things in the ground, in the scene's unit: two faces that only touch would both count as surface.
 constexpr double sunk = 1e-3;
 
-/// A sum of waves in the plane.
+/// A height field: a sum of waves in the plane.
 class Hills {
 public:
   Hills(double side, double steepest, Random& random)
@@ -26,7 +26,7 @@ public:
     constexpr double longest = 1.2, shortest = .05;
     double slopes = 0;
     for (int i = 0; i < count; ++i) {
-      // Evenly in the logarithm of the wavelength, by repeated multiplication; higher where longer.
+      // From the longest wavelength to the shortest; longer waves are higher.
       const double share = static_cast<double>(i) / (count - 1);
       const double wavelength = side * longest * shortest / (shortest + share * share * (longest - shortest));
       const SinCos around = sinCos(random.uniform());
@@ -86,7 +86,7 @@ Patch groundPatch(const std::shared_ptr<const Hills>& hills, double side, double
 Shape makeGround(const std::shared_ptr<const Hills>& hills, double side, double steepest)
 {
   Shape ground;
-  // The height above the ground is at most this much farther than the ground.
+  // The height above the ground times this factor is a lower bound of the distance to it.
   const double factor = 1 / std::sqrt(1 + steepest * steepest);
   ground.distance = [=](const Vector3d& x) { return factor * (x.z() - hills->height(x.x(), x.y())); };
   ground.patches = {groundPatch(hills, side, steepest)};
@@ -195,7 +195,7 @@ Shape makePerson(double height)
   const auto limb = [&](const Vector3d& a, const Vector3d& b, double radius) {
     parts.push_back(makeCylinder(a, b, s * radius, true));
     for (const Vector3d& end : {a, b})
-      parts.push_back(makeSphere(1.001 * s * radius, end)); // so that no circle belongs to both
+      parts.push_back(makeSphere(1.001 * s * radius, end)); // so that no circle is surface of both
   };
   for (const double side : {-1., 1.}) {
     limb(at(.2 * side, 1.38, 0), at(.4 * side, 1.16, 0), .05);
@@ -210,7 +210,7 @@ Shape makePerson(double height)
 
 Shape makeFacade(double width)
 {
-  constexpr double axis = 2.5, floor = 3.2, depth = .25; // between windows, between floors, of the windows
+  constexpr double axis = 2.5, floor = 3.2, depth = .25; // distances of windows and floors, depth of windows
   const int windows = std::max(1, static_cast<int>(width / axis));
   const double half = .5 * width, top = 3 * floor + .6;
   Shape wall = makeBox({half, .5 * top, .3}, 0, {0, .5 * top, -.3});

@@ -27,9 +27,9 @@ std::string text(double value)
 
 struct Parameter {
   const char* name;
-  double usual; ///< value, if it is not given
+  double usual; ///< default
   double lower = 1e-30, upper = 1e30;
-  const char* range = "positive"; ///< for messages; a whole number if it says so
+  const char* range = "positive"; ///< for messages; the value must be whole if this begins with "a whole"
 };
 
 /// The values of the parameters of one shape.
@@ -138,7 +138,7 @@ Shape makeCheese(const Values& v)
     cavities.push_back(shapes::cylinder(middle - reach, middle + reach, tunnel));
     shape.patches.push_back(reversed(cylinderPatch(middle - reach, middle + reach, tunnel)));
   }
-  // Bubbles are centered on the faces, so that each is open; their places belong to the shape, not to the scan's seed.
+  // Bubbles are centered on the faces, so that each is open. Their places do not depend on the scan's seed.
   Random random(1, 0);
   for (int i = 0; i < v["bubbles"]; ++i) {
     Vector3d center;

@@ -12,7 +12,7 @@ using shapes::Sdf;
 
 namespace {
 
-/// The six faces of a box, shorter by `margin` at each end.
+/// Adds the six faces of a box, shorter by `margin` at each end.
 void addFaces(std::vector<Patch>& patches, const Vector3d& half, const Vector3d& center, double margin)
 {
   for (int axis = 0; axis < 3; ++axis) {
@@ -42,7 +42,7 @@ Shape makeBox(const Vector3d& half, double rounding, const Vector3d& center)
   addFaces(shape.patches, half, center, rounding);
   if (rounding == 0)
     return shape;
-  // Whole cylinders and spheres: what lies inside of the box is rejected.
+  // Whole cylinders and spheres: their parts inside the box are rejected.
   const Vector3d inner = half - Vector3d::Constant(rounding);
   for (int corner = 0; corner < 8; ++corner) {
     const Vector3d sign(corner & 1 ? 1 : -1, corner & 2 ? 1 : -1, corner & 4 ? 1 : -1);
@@ -95,7 +95,7 @@ Shape unite(const std::vector<Shape>& parts)
   all.distance = [solids = std::move(solids)](const Vector3d& x) {
     double nearest = std::numeric_limits<double>::infinity();
     for (const auto& [distance, box] : solids) {
-      // A part whose box is farther away is not asked.
+      // Parts whose boxes are farther away are skipped.
       const double square = (box.min() - x).cwiseMax(x - box.max()).cwiseMax(0).squaredNorm();
       if (square == 0 || (nearest > 0 && square < nearest * nearest))
         nearest = std::min(nearest, distance(x));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// What a sensor looks at: a surface that can be sampled, and that rays hit.
+/// A surface to scan: it can be sampled, and rays hit it.
 #pragma once
 
 #include <shapes/signed_distance.h>
@@ -40,15 +40,15 @@ inline Eigen::Vector3d rotateBack(const Eigen::Vector3d& degrees, const Eigen::V
 
 using Box = Eigen::AlignedBox3d;
 
-/// Where a ray leaves a box, in lengths of its direction; negative if it misses it.
+/// The distance at which a ray leaves a box, in lengths of its direction; negative if the ray misses the box.
 double leaves(const Box& box, const Eigen::Vector3d& origin, const Eigen::Vector3d& direction);
 
-/// The random numbers that one candidate is made of, each in [0, 1).
+/// The random numbers that give one candidate, each in [0, 1).
 struct Draw {
-  double part = 0;         ///< which triangle or patch
-  double u = 0, v = 0;     ///< where on it
-  double accept = 0;       ///< for patches whose parameters are not proportional to area
-  std::uint64_t order = 0; ///< in which order views are tried
+  double part = 0;         ///< selects the triangle or patch
+  double u = 0, v = 0;     ///< select the place on it
+  double accept = 0;       ///< decides about rejection, in patches whose parameters are not proportional to area
+  std::uint64_t order = 0; ///< gives the order in which views are tried
 };
 
 struct SurfacePoint {
@@ -66,17 +66,17 @@ class Surface {
 public:
   virtual ~Surface() = default;
 
-  /// The surface itself, seen or not.
+  /// The whole surface, seen or not.
   virtual Triangles triangulate() const = 0;
 
-  /// Draws are spread over this area; those that sample() rejects do not lie on the surface.
+  /// The area over which draws are spread; the draws that sample() rejects are not on the surface.
   virtual double drawnArea() const = 0;
 
-  /// The point of a draw; points are uniform per area over uniform draws.
+  /// The point of a draw; uniform draws give points of uniform density.
   /// \return false if this draw is rejected
   virtual bool sample(const Draw& draw, SurfacePoint& point) const = 0;
 
-  /// True if the surface lies between a point of it and a place outside that its normal faces.
+  /// True if the surface hides one of its points from a place outside that the point's normal faces.
   virtual bool isOccluded(const SurfacePoint& point, const Eigen::Vector3d& from) const = 0;
 
   /// The first place where a ray meets the surface, from whichever side.

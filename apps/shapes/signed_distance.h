@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// Signed distances to analytic shapes: what is scanned, and the truth to measure against.
+/// Signed distances to analytic shapes, to scan them and to measure errors against them.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -10,8 +10,8 @@
 
 namespace shapes {
 
-/// Signed distance, negative inside. The zero level is exact for every shape here; the distance itself is exact where
-/// nothing else is said.
+/// Signed distance, negative inside. The zero level is exact for every shape here; the distance itself is, unless said
+/// otherwise.
 using Sdf = std::function<double(const Eigen::Vector3d&)>;
 
 Sdf sphere(double radius, const Eigen::Vector3d& center = Eigen::Vector3d::Zero());
@@ -28,10 +28,10 @@ Sdf plane(const Eigen::Vector3d& normal);
 
 /// The shape moved by `offset`.
 Sdf translate(const Sdf& shape, const Eigen::Vector3d& offset);
-/// Union: exact outside; inside, where the shapes overlap, the result is at most as far from the surface as told.
+/// The union; exact outside. Inside, where shapes overlap, the absolute value is a lower bound of the distance.
 Sdf unite(const Sdf& a, const Sdf& b);
 Sdf unite(std::vector<Sdf> shapes);
-/// What of a is outside of all of b: a lower bound of the distance outside.
+/// The part of a outside of all of b; outside of it the value is a lower bound of the distance.
 Sdf subtract(const Sdf& a, std::vector<Sdf> b);
 
 /// Unit outward normal by central differences.
@@ -43,7 +43,7 @@ struct SinCos {
   double sine, cosine;
 };
 
-/// Of an angle in full turns.
+/// Sine and cosine of an angle in full turns.
 inline SinCos sinCos(double turns)
 {
   return {std::sin(2 * pi * turns), std::cos(2 * pi * turns)};
@@ -52,7 +52,7 @@ inline SinCos sinCos(double turns)
 /// A unit vector perpendicular to the given unit vector.
 inline Eigen::Vector3d perpendicular(const Eigen::Vector3d& a)
 {
-  // The axis that is farthest from a, so that the cross product is well away from zero.
+  // An axis that is not close to a, so that the cross product is well away from zero.
   const Eigen::Vector3d axis = std::abs(a.x()) < .6 ? Eigen::Vector3d(1, 0, 0) : Eigen::Vector3d(0, 1, 0);
   return a.cross(axis).normalized();
 }

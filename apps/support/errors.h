@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// Failures of the tools, each kind with its own exit status.
+/// The errors of the tools, each kind with its own exit status.
 #pragma once
 
 #include <cstddef>
@@ -11,8 +11,8 @@ namespace mrf_apps {
 /// Exit statuses of all tools.
 enum ExitStatus { exitDone = 0, exitFile = 1, exitUsage = 2, exitMethod = 3 };
 
-/// A message in one line, with "\n" for a line break and "\x1b" for escape: what it quotes, a name of a file or a word
-/// of the command line, may hold anything.
+/// The text in one line, with escapes such as "\n" and "\x1b" for control characters: a message quotes names of files
+/// and words of the command line, which may hold any character.
 inline std::string escaped(const std::string& text)
 {
   constexpr const char* digits = "0123456789abcdef";
@@ -27,7 +27,7 @@ inline std::string escaped(const std::string& text)
   return line;
 }
 
-/// Something about a file or the display; the message names the file and the cause in one line.
+/// An error of a file or of the display; the message names the file and the cause in one line.
 class FileError : public std::runtime_error {
 public:
   explicit FileError(const std::string& message) : std::runtime_error(escaped(message)) {}
@@ -37,13 +37,13 @@ public:
   {}
 };
 
-/// The command line asks for something that does not exist or does not go together; the message is one line.
+/// An error in the command line: something unknown, or options that exclude each other; the message is one line.
 class UsageError : public std::runtime_error {
 public:
   explicit UsageError(const std::string& message) : std::runtime_error(escaped(message)) {}
 };
 
-/// \throw UsageError with the message
+/// \throw UsageError with the message unless the condition holds
 inline void requireUsage(bool holds, const std::string& message)
 {
   if (!holds)

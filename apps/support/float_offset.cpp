@@ -11,8 +11,8 @@
 namespace mrf_apps {
 namespace {
 
-/// The box without the outermost hundredth at either end of each axis, of some thousand points: a few strays far away
-/// say nothing about the digits that the others need.
+/// The box of some thousand points without the lowest and the highest hundredth along each axis: a few strays far away
+/// must not decide how many digits the other points need.
 Eigen::AlignedBox3d innerBox(std::size_t points, const std::function<Eigen::Vector3d(std::size_t)>& position)
 {
   constexpr std::size_t samples = 5000;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// Coordinates with more digits than single precision holds.
+/// Offsets for coordinates with more digits than single precision holds.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -10,11 +10,11 @@
 
 namespace mrf_apps {
 
-/// What to subtract from the positions before they are rounded to float: zero where that moves no point of their box by
-/// more than 10⁻⁷ of its diagonal, else the center of the box (survey coordinates). It is the box that counts: between
-/// points in whole meters, which float holds, there are vertices that it does not hold. The box is that of the inner
-/// 98 % along each axis, so that a few strays, such as a point at zero, cost the others no digits.
-/// \param position of a point, by its index; some thousand are asked for
+/// The offset to subtract from positions before they are rounded to float. It is zero if rounding moves no point of
+/// their box by more than 10⁻⁷ of its diagonal, else the center of the box (survey coordinates). The whole box counts:
+/// float may hold points in whole meters, but not the mesh vertices between them. The box is that of the inner 98 %
+/// along each axis, so that a few strays, such as a point at zero, cost the other points no digits.
+/// \param position returns the position of a point by its index; called for some thousand points
 Eigen::Vector3d floatOffset(std::size_t points, const std::function<Eigen::Vector3d(std::size_t)>& position);
 
 inline Eigen::Vector3d floatOffset(const std::vector<Eigen::Vector3d>& positions)
@@ -22,7 +22,7 @@ inline Eigen::Vector3d floatOffset(const std::vector<Eigen::Vector3d>& positions
   return floatOffset(positions.size(), [&positions](std::size_t i) { return positions[i]; });
 }
 
-/// The box of what is finite.
+/// The bounding box of the finite positions.
 inline Eigen::AlignedBox3d boxOf(const std::vector<Eigen::Vector3d>& positions)
 {
   Eigen::AlignedBox3d box;
@@ -32,7 +32,7 @@ inline Eigen::AlignedBox3d boxOf(const std::vector<Eigen::Vector3d>& positions)
   return box;
 }
 
-/// Positions less an offset, rounded to float.
+/// The positions minus an offset, rounded to float.
 inline std::vector<Eigen::Vector3f> toFloat(const std::vector<Eigen::Vector3d>& positions,
                                             const Eigen::Vector3d& offset)
 {
@@ -43,7 +43,8 @@ inline std::vector<Eigen::Vector3f> toFloat(const std::vector<Eigen::Vector3d>& 
   return result;
 }
 
-/// The widest step of float that shows in positions that are floats: of whole numbers none does where it is a half.
+/// The largest distance between neighboring floats at those coordinates that use the last bit of a float. Whole numbers
+/// do not use it where floats are half a unit apart. \pre the positions are floats
 float floatRounding(const std::vector<Eigen::Vector3d>& positions);
 
 } // namespace mrf_apps

@@ -3,7 +3,7 @@
 
 #include "errors.h"
 
-#define ZLIB_CONST // what is read is not written
+#define ZLIB_CONST // the input is const
 #include <zlib.h>
 
 #include <algorithm>
@@ -28,7 +28,8 @@ std::string unpackGzip(const std::string& path, std::string_view packed, std::si
     throw std::bad_alloc();
   const std::unique_ptr<z_stream, int (*)(z_stream*)> end(&stream, &inflateEnd);
   std::string unpacked, block(1 << 16, '\0');
-  // A part ends in its size, up to multiples of 2^32: as much as is taken at once. No byte holds more than 1032.
+  // The last four bytes are the unpacked size of the last part modulo 2^32, which is reserved at once. A packed byte
+  // unpacks to at most 1032 bytes.
   std::uint32_t size = 0;
   if (packed.size() >= sizeof(size))
     std::memcpy(&size, packed.data() + packed.size() - sizeof(size), sizeof(size));
@@ -41,7 +42,7 @@ std::string unpackGzip(const std::string& path, std::string_view packed, std::si
       stream.avail_in = static_cast<uInt>(offered);
       stream.next_out = reinterpret_cast<Bytef*>(block.data());
       stream.avail_out = static_cast<uInt>(block.size());
-      status = inflate(&stream, Z_NO_FLUSH); // Z_BUF_ERROR at the end of what is there
+      status = inflate(&stream, Z_NO_FLUSH); // Z_BUF_ERROR if the input ends here
       unpacked.append(block, 0, block.size() - stream.avail_out);
       packed.remove_prefix(offered - stream.avail_in);
     }
@@ -54,7 +55,7 @@ std::string unpackGzip(const std::string& path, std::string_view packed, std::si
       throw FileError(path, status == Z_BUF_ERROR ? "is truncated: what gzip packed does not end; copy it anew"
                                                   : "is a corrupt file of gzip; copy it anew");
   } while (isGzip(packed));
-  if (packed.find_first_not_of('\0') != std::string_view::npos) // archives on tapes end in zeros
+  if (packed.find_first_not_of('\0') != std::string_view::npos) // tape archives end in zeros
     throw FileError(path, "is a corrupt file of gzip: other bytes follow what is packed; copy it anew");
   return unpacked;
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// What gzip has packed.
+/// Unpacks gzip files.
 #pragma once
 
 #include <cstddef>
@@ -8,10 +8,10 @@
 
 namespace mrf_apps {
 
-/// Whether bytes begin as gzip's files do, and as no other file that is read.
+/// True if the bytes begin as gzip files do. No other file type that is read begins so.
 bool isGzip(std::string_view bytes);
 
-/// What is packed in a file, in one or several parts. \param path for messages
+/// The unpacked bytes of a gzip file of one or several parts. \param path for messages
 /// \throw FileError if it is truncated or corrupt, or would unpack to more than the limit, in bytes
 std::string unpackGzip(const std::string& path, std::string_view packed, std::size_t limit);
 

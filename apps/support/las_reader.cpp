@@ -11,7 +11,7 @@
 namespace mrf_apps {
 namespace {
 
-/// The points of a format: their bytes at least, and where their red is; 0: they have no color.
+/// A point format: the minimum bytes of a point, and the byte where its red channel begins; 0: no color.
 struct LasFormat {
   std::size_t size, red;
 };
@@ -26,7 +26,7 @@ struct LasHeader {
   bool isExtended() const { return format >= 6; } ///< the formats of version 1.4
 };
 
-/// A number in the header, which is there.
+/// A number of the header. \pre the text is long enough
 double numberAt(const std::string& text, std::size_t at, char kind, std::size_t size)
 {
   double value = 0;
@@ -38,7 +38,7 @@ LasHeader parseLasHeader(const std::string& path, const std::string& text)
 {
   if (text.compare(0, 4, "LASF") != 0)
     throw FileError(path, "is not a LAS file");
-  constexpr std::size_t usualSize = 227, extendedSize = 375; // up to 1.3, and of 1.4
+  constexpr std::size_t usualSize = 227, extendedSize = 375; // bytes, up to version 1.3 and in 1.4
   const auto count = [&](std::size_t at, std::size_t size) { return numberAt(text, at, 'U', size); };
   const auto whole = [&](std::size_t at, std::size_t size) { return static_cast<std::size_t>(count(at, size)); };
   const bool isThere = text.size() >= usualSize;
@@ -95,8 +95,8 @@ PointTable parseLas(const std::string& path, const std::string& text)
   const NumberType* const word = numberType('U', 2);
   std::vector<Column> columns = {{"x", 0, numberType('I', 4)}, {"y", 4, numberType('I', 4)},
                                  {"z", 8, numberType('I', 4)}, {"intensity", 12, word},
-                                 {"", 15, numberType('U', 1)},  // flags, or the class with flags
-                                 {"", 16, numberType('U', 1)}}; // the class, where those are flags
+                                 {"", 15, numberType('U', 1)},  // formats 6 to 10: flags; others: class and flags
+                                 {"", 16, numberType('U', 1)}}; // formats 6 to 10: class
   if (header.hasColors())
     columns.insert(columns.end(), {{"red", red, word}, {"green", red + 2, word}, {"blue", red + 4, word}});
   std::vector<std::string> names;
@@ -108,7 +108,7 @@ PointTable parseLas(const std::string& path, const std::string& text)
   constexpr unsigned lowNoise = 7, highNoise = 18; // the specification's classes
   constexpr std::size_t portion = 512;             // stays in the fastest cache
   std::vector<std::vector<double>> values(columns.size(), std::vector<double>(portion));
-  std::vector<std::size_t> kept; // rows that are not withheld, which is how LAS deletes points, nor noise
+  std::vector<std::size_t> kept; // rows that are neither withheld (LAS's mark of deleted points) nor noise
   std::size_t noisy = 0;
   for (std::size_t done = 0; done < header.points; done += portion) {
     const std::size_t rows = std::min(portion, header.points - done);
@@ -137,7 +137,7 @@ PointTable parseLas(const std::string& path, const std::string& text)
     table.notes.push_back(std::to_string(withheld) + " points are marked as withheld: skipped");
   if (noisy > 0)
     table.notes.push_back(std::to_string(noisy) + " points are classified as noise: skipped");
-  // Fields that every point of a format has, and nobody may have filled in.
+  // Every point of a format has these fields, even if nobody filled them in.
   const std::vector<float>& intensities = table.scalars["intensity"];
   if (std::all_of(intensities.begin(), intensities.end(), [](float value) { return value == 0; }))
     table.scalars.clear();

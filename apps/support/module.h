@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// Modules that a tool loads when it needs them: at each start they would take longer than all else.
+/// Modules that a tool loads only when it needs them: at each start they would take longer than everything else.
 #pragma once
 
 #include "errors.h"
@@ -11,7 +11,7 @@
 
 namespace mrf_apps {
 
-/// What a module shows under a name; it stays loaded. \param lost without it, for the message: a plural
+/// The object that a module exports under a name; the module stays loaded. \param lost who needs it, a plural
 /// \throw FileError if it cannot be loaded
 template <typename Shown>
 const Shown& shownBy(const char* module, const char* name, const char* lost)
@@ -23,10 +23,10 @@ const Shown& shownBy(const char* module, const char* name, const char* lost)
   return *static_cast<const Shown*>(found);
 }
 
-/// Assimp: meshes as files of scenes, for browsers, editors and printers.
+/// Writes meshes as scene files by Assimp, for browsers, editors and printers.
 struct SceneWriter {
-  /// The bytes of a file of glTF 2.0, COLLADA or 3MF, the last without colors.
-  /// \param offset subtracted from the vertices, which are floats there \param format glb, dae or 3mf
+  /// The bytes of a glTF 2.0, COLLADA or 3MF file; 3MF without colors.
+  /// \param offset subtracted from the vertices before they are rounded to float \param format glb, dae or 3mf
   /// \throw FileError
   std::string (*bytesOf)(const SurfaceMesh& mesh, const Eigen::Vector3d& offset, const std::string& format);
 };

@@ -22,7 +22,7 @@ const char* const noiseModelHelp =
 
 namespace {
 
-/// "8G", also "8GiB", as a number of MiB, and so is "8GB", whose bytes are fewer; what ends in none of these as it is.
+/// Converts "8G", "8GiB" and the decimal "8GB" to a number of MiB. Returns a text with another ending as it is.
 std::string inMebibytes(const std::string& text)
 {
   const std::size_t end = text.find_last_of("0123456789.") + 1;

@@ -19,7 +19,7 @@ namespace mrf_apps {
 
 namespace fs = std::filesystem;
 
-/// Entries are never freed, so that the handler of a signal may go through them at any time.
+/// Entries are never freed, so that a signal handler may go through them at any time.
 struct TemporaryFile {
   std::string path;
   TemporaryFile* next;
@@ -41,12 +41,12 @@ void removeFile(TemporaryFile& file)
   throw FileError(path == "-" ? "standard output" : path, std::string("cannot be written: ") + std::strerror(errno));
 }
 
-/// Creates a file beside the target. A file of that name is one that a process of this number left when it was killed.
+/// Creates a temporary file beside the target. A file of that name was left by a killed process of the same number.
 TemporaryFile* createTemporary(const std::string& path, const fs::path& target)
 {
   const std::string name = "." + target.stem().string() + "." + std::to_string(getpid()) + ".part";
   const fs::path whole = target.parent_path() / (name + target.extension().string());
-  // Known before it is there, so that no signal finds one that is not.
+  // Listed before it is created, so that a signal in between leaves no file behind.
   temporaryFiles = new TemporaryFile{whole.string(), temporaryFiles};
   const int descriptor = open(whole.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_NOFOLLOW | O_CLOEXEC, 0666);
   if (descriptor < 0) {
@@ -128,7 +128,7 @@ std::int64_t OutputFiles::write(const std::string& path, const std::function<voi
 
 void OutputFiles::publish()
 {
-  // Standard output first, because its reader may have gone; the others have been seen to be writable.
+  // Standard output first, because its reader may be gone; the other files are known to be writable.
   for (const File& file : files_)
     if (file.spool)
       copyToStandardOutput(file.spool.get());
@@ -175,7 +175,7 @@ void removeTemporaryFilesOnSignals()
     if (sigaction(signal, nullptr, &action) == 0 && action.sa_handler == SIG_DFL)
       std::signal(signal, endBySignal);
   }
-  // Not ignored, because programs that are started would ignore them as well.
+  // Handled rather than ignored, because started programs would inherit that they are ignored.
   for (const int signal : {SIGPIPE, SIGXFSZ})
     std::signal(signal, [](int) {});
 }

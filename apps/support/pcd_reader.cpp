@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// PCD. Not through PCL, whose reader takes the memory that a header asks for, whatever the file holds, crashes on some
-// malformed ones, and rounds the numbers of text files to float.
+// Reads PCD. PCL's reader is not used: it allocates what the header asks for, whatever the file holds, crashes on some
+// malformed files, and rounds the numbers of text files to float.
 #include "errors.h"
 #include "point_readers.h"
 #include "text_file.h"
@@ -18,8 +18,8 @@ namespace {
 /// One field as the header declares it.
 struct Field {
   std::string name;
-  const NumberType* type; ///< of a color that of its four bytes as a whole number, whatever it claims
-  bool isFloat;           ///< as it claims
+  const NumberType* type; ///< of a color always U4: its four bytes as a whole number
+  bool isFloat;           ///< by the header, for colors too
   std::size_t count;      ///< numbers per point
 
   std::size_t bytes() const { return type->size * count; }
@@ -32,7 +32,7 @@ enum class Encoding { ascii, binary, compressed };
 
 struct Header {
   std::vector<Field> fields;
-  std::optional<std::size_t> color; ///< the field, the last one if there are several
+  std::optional<std::size_t> color; ///< number of the color field, the last one if there are several
   std::size_t points = 0;
   std::optional<Eigen::Vector3d> sensorOrigin;
   Encoding encoding = Encoding::ascii;
@@ -50,7 +50,7 @@ public:
     while (!has("DATA") && lines_.next(words)) {
       if (words[0][0] == '#')
         continue;
-      const std::string_view key = words[0] == "COLUMNS" ? "FIELDS" : words[0]; // an older name of the same
+      const std::string_view key = words[0] == "COLUMNS" ? "FIELDS" : words[0]; // an older name of FIELDS
       if (keys.count(key) == 0 && entries_.empty())
         throw FileError(path, "is not a PCD file");
       if (keys.count(key) == 0)
@@ -67,10 +67,10 @@ public:
   bool has(std::string_view key) const { return entries_.count(key) != 0; }
   const Lines& behind() const { return lines_; }
 
-  /// The words behind a key that is there.
+  /// The words behind a key. \pre has(key)
   const std::vector<std::string_view>& words(std::string_view key) const { return entries_.at(key).second; }
 
-  /// The same, exactly so many.
+  /// The same; fails unless there are `count` words.
   const std::vector<std::string_view>& words(std::string_view key, std::size_t count) const
   {
     if (words(key).size() != count)
@@ -78,7 +78,7 @@ public:
     return words(key);
   }
 
-  /// The same as whole numbers in a range.
+  /// The same as whole numbers; fails unless they are in the range.
   std::vector<std::size_t> counts(std::string_view key, std::size_t count, std::int64_t min, std::int64_t max) const
   {
     std::vector<std::size_t> result;
@@ -99,7 +99,7 @@ public:
 private:
   const std::string& path_;
   Lines lines_;
-  std::map<std::string_view, std::pair<std::size_t, std::vector<std::string_view>>> entries_; ///< with their lines
+  std::map<std::string_view, std::pair<std::size_t, std::vector<std::string_view>>> entries_; ///< line and words
 };
 
 std::vector<Field> parseFields(const std::string& path, const HeaderLines& lines, std::int64_t fileSize)
@@ -126,13 +126,13 @@ std::vector<Field> parseFields(const std::string& path, const HeaderLines& lines
   return fields;
 }
 
-/// Where the sensor was: zero is also what no one has set, unless the cloud is an image as the sensor saw it.
+/// The position of the sensor. Zero counts only in organized clouds; in others it is the default that nobody set.
 std::optional<Eigen::Vector3d> parseViewpoint(const HeaderLines& lines, bool isOrganized)
 {
   if (!lines.has("VIEWPOINT"))
     return {};
   std::vector<double> values;
-  if (!toNumbers(lines.words("VIEWPOINT", 7), values)) // with a rotation, as a quaternion
+  if (!toNumbers(lines.words("VIEWPOINT", 7), values)) // a position and a quaternion
     lines.fail("VIEWPOINT");
   const Eigen::Vector3d position(values[0], values[1], values[2]);
   if (!position.allFinite() || (position.isZero(0) && !isOrganized))
@@ -166,14 +166,14 @@ Header parseHeader(const std::string& path, const std::string& text)
   if (header.points == 0)
     throw FileError(path, "holds no points");
   header.sensorOrigin = parseViewpoint(lines, height > 1);
-  // The shortest row of text is a digit and a blank for each number; LZF shrinks to a 88th at most.
+  // The minimum bytes of a point: in text a digit and a blank for each number; LZF packs 88 bytes into one at most.
   double min = 0;
   for (const Field& field : header.fields)
     min += header.encoding == Encoding::ascii    ? 2. * static_cast<double>(field.count)
            : header.encoding == Encoding::binary ? static_cast<double>(field.bytes())
            : field.isPadding()                   ? 0
                                                  : static_cast<double>(field.bytes()) / 88;
-  // The last row of text may have no end.
+  // The last row of text may have no line end.
   const std::size_t there = header.lines.rest().size() + (header.encoding == Encoding::ascii ? 1 : 0);
   if (static_cast<double>(header.points) * min > static_cast<double>(there))
     throw FileError(path, "is truncated: too short for the points that it declares");
@@ -182,7 +182,7 @@ Header parseHeader(const std::string& path, const std::string& text)
   return header;
 }
 
-/// Unpacks LZF: a control byte below 32 precedes so many literal bytes plus one; others hold a length and, with the
+/// Unpacks LZF. After a control byte c < 32 come c + 1 literal bytes; other control bytes hold a length and, with the
 /// next byte, how far back to copy from. \return false if the data are not exactly `size` bytes
 bool unpackLzf(std::string_view packed, std::size_t size, std::string& unpacked)
 {
@@ -205,7 +205,7 @@ bool unpackLzf(std::string_view packed, std::size_t size, std::string& unpacked)
     const std::size_t distance = ((control & 31) << 8) + next() + 1;
     if (distance > unpacked.size() || length > size - unpacked.size())
       return false;
-    for (; length > 0; --length) // the copy may overlap what it makes
+    for (; length > 0; --length) // source and target may overlap
       unpacked.push_back(unpacked[unpacked.size() - distance]);
   }
   return unpacked.size() == size;
@@ -222,14 +222,14 @@ std::string unpack(const std::string& path, const Header& header)
     pointSize += field.isPadding() ? 0 : field.bytes();
   const std::string_view packed = body.substr(std::min(sizeof(sizes), body.size()), sizes[0]);
   std::string unpacked;
-  // So much cannot come out of it: 88 times as much.
+  // LZF unpacks to less than 88 times its size.
   if (packed.size() != sizes[0] || sizes[1] > 88 * packed.size() || pointSize == 0 ||
       sizes[1] / pointSize != header.points || sizes[1] % pointSize != 0 || !unpackLzf(packed, sizes[1], unpacked))
     throw FileError(path, "is a truncated or malformed PCD file");
   return unpacked;
 }
 
-/// Blue comes first in the four bytes.
+/// Blue is the lowest byte.
 std::array<std::uint8_t, 3> toColor(double packed)
 {
   const auto bits = static_cast<std::uint32_t>(packed);
@@ -237,7 +237,7 @@ std::array<std::uint8_t, 3> toColor(double packed)
           static_cast<std::uint8_t>(bits & 255)};
 }
 
-/// Text has the bytes of a color as the number that they are in the field's type.
+/// The four bytes of a color of a text file, which holds them as a number of the field's type.
 double packedColor(const Field& field, double value)
 {
   if (!field.isFloat)
@@ -264,7 +264,7 @@ void addRows(const Header& header, std::size_t rows, const At& at, TableFiller& 
 
 void readText(const std::string& path, const Header& header, TableFiller& filler, PointTable& table)
 {
-  std::vector<std::size_t> first; // numbers of the fields in a row
+  std::vector<std::size_t> first; // column where each field begins
   std::size_t numbers = 0;
   for (const Field& field : header.fields) {
     first.push_back(numbers);
@@ -287,13 +287,13 @@ void readText(const std::string& path, const Header& header, TableFiller& filler
                               std::to_string(rows));
 }
 
-/// Point by point in plain binary files, field by field in compressed ones.
+/// Plain binary files are stored point by point, compressed ones field by field.
 void readBinary(const std::string& path, const Header& header, TableFiller& filler, PointTable& table)
 {
   const bool isCompressed = header.encoding == Encoding::compressed;
   const std::string unpacked = isCompressed ? unpack(path, header) : "";
   const char* const bytes = isCompressed ? unpacked.data() : header.lines.rest().data();
-  std::vector<std::size_t> first; // bytes of the fields, of the first point
+  std::vector<std::size_t> first; // byte where each field of the first point begins
   std::size_t pointSize = 0;
   for (const Field& field : header.fields) {
     first.push_back(pointSize * (isCompressed ? header.points : 1));

@@ -15,7 +15,7 @@
 namespace mrf_apps {
 namespace {
 
-/// The directions of a mesh that sides are called by, in the columns: to the right, up, and to the front.
+/// The directions behind the names of a mesh's sides, in the columns: right, up, front.
 Eigen::Matrix3d sidesOf(const SurfaceMesh& mesh, const std::vector<Eigen::Vector3d>& sensors)
 {
   const Eigen::AlignedBox3d box = boxOf(mesh.vertices);
@@ -32,11 +32,11 @@ Eigen::Matrix3d sidesOf(const SurfaceMesh& mesh, const std::vector<Eigen::Vector
   return sides;
 }
 
-/// \param steepest cosine of the line of sight with what is up, beyond which the back or the front is up in the picture
+/// \param steepest maximum cosine between sight and up; beyond it the back or the front is up in the picture
 PictureOptions viewAlong(const Eigen::Vector3d& sight, const Eigen::Matrix3d& sides, double steepest = .98)
 {
   PictureOptions options;
-  options.sight = sight.stableNormalized(); // of any length
+  options.sight = sight.stableNormalized(); // its length is arbitrary
   const double rise = options.sight.dot(sides.col(1));
   options.up = sides.col(1);
   if (std::abs(rise) > steepest)
@@ -44,7 +44,7 @@ PictureOptions viewAlong(const Eigen::Vector3d& sight, const Eigen::Matrix3d& si
   return options;
 }
 
-/// None if the sensor is amid the vertices, and cannot see them at once.
+/// The view from a sensor; none if the sensor is amid the vertices and cannot see them all at once.
 std::optional<PictureOptions> viewFrom(const Eigen::Vector3d& sensor, const SurfaceMesh& mesh,
                                        const Eigen::Matrix3d& sides)
 {
@@ -65,14 +65,14 @@ std::optional<PictureOptions> viewFrom(const Eigen::Vector3d& sensor, const Surf
   constexpr double widest = 55, narrowest = .5; // degrees
   if (!(*last < widest))
     return {};
-  if (*last < narrowest) // no picture tells this from what is seen from nearer
+  if (*last < narrowest) // so far away that a nearer camera shows the same
     return options;
   options.viewpoint = sensor;
   options.viewAngle = 2 * 1.05 * *last;
   return options;
 }
 
-/// Unit, out of the flattest side of the mesh; see viewOf.
+/// The unit direction out of the flattest side of the mesh; see viewOf.
 Eigen::Vector3d outOfFlattestSide(const SurfaceMesh& mesh, const Eigen::Matrix3d& sides)
 {
   Eigen::Vector3d mean = Eigen::Vector3d::Zero(), facing = Eigen::Vector3d::Zero();
@@ -109,7 +109,7 @@ PictureOptions viewOfFlattestSide(const SurfaceMesh& mesh, const Eigen::Matrix3d
   return options;
 }
 
-/// By the names of the sides that a camera may stand at, the directions there, in the columns of sidesOf.
+/// The direction to the camera for each name of a side, in the frame of sidesOf.
 const std::map<std::string, Eigen::Vector3d> sidesByName = {{"front", {0, 0, 1}}, {"back", {0, 0, -1}},
                                                             {"left", {-1, 0, 0}}, {"right", {1, 0, 0}},
                                                             {"top", {0, 1, 0}},   {"bottom", {0, -1, 0}}};

@@ -27,10 +27,10 @@
 namespace mrf_apps {
 namespace {
 
-constexpr int side = 1000; ///< of a picture, pixels
+constexpr int side = 1000; ///< width and height of a picture, pixels
 
-/// How far from the origin a camera has to stand to have all vertices in its picture, with a small margin.
-/// \param from unit, where it stands \param viewAngle degrees from bottom to top
+/// The distance from the origin at which a camera sees all vertices, with a small margin.
+/// \param from unit direction to the camera \param viewAngle degrees from bottom to top
 double fittingDistance(const std::vector<Eigen::Vector3d>& vertices, const Eigen::Vector3d& from,
                        const Eigen::Vector3d& up, double viewAngle)
 {
@@ -45,7 +45,7 @@ double fittingDistance(const std::vector<Eigen::Vector3d>& vertices, const Eigen
   return distance;
 }
 
-/// \param vertices about the origin \param offset of the mesh's frame in that one
+/// \param vertices centered on the origin \param offset from the mesh's frame to that of the vertices
 void setCamera(const PictureOptions& options, const std::vector<Eigen::Vector3d>& vertices,
                const Eigen::Vector3d& offset, vtkCamera& camera)
 {
@@ -74,7 +74,7 @@ void checkDisplay()
 
 std::string renderPicture(const SurfaceMesh& mesh, const PictureOptions& options)
 {
-  // Far from the origin the graphics card's floats would show.
+  // Centered, because the graphics card's floats are too coarse far from the origin.
   SurfaceMesh centered = mesh;
   const Eigen::Vector3d middle = boxOf(mesh.vertices).center();
   for (Eigen::Vector3d& vertex : centered.vertices)

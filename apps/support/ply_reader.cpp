@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// PLY. Not through PCL, whose reader ends the process on lists of different lengths among the vertex properties, nor
-// through VTK, whose reader drops the properties that it does not know.
+// Reads PLY. PCL's reader is not used, because it ends the process on lists of different lengths among the vertex
+// properties; VTK's is not, because it drops the properties that it does not know.
 #include "errors.h"
 #include "point_readers.h"
 #include "text_file.h"
@@ -30,7 +30,7 @@ const NumberType* typeOf(std::string_view word)
 struct Property {
   std::string name;
   const NumberType* type = nullptr;
-  const NumberType* countType = nullptr; ///< of a list; null: it is a number
+  const NumberType* countType = nullptr; ///< of the length of a list; null: no list
 
   bool isList() const { return countType != nullptr; }
 };
@@ -47,7 +47,7 @@ struct Element {
   }
 };
 
-/// Some entries of an element: the values of each property that is no list, one behind the other.
+/// Several entries of an element: a column of values for each property; those of lists are not used.
 using Columns = std::vector<std::vector<double>>;
 
 enum class Format { unknown, ascii, littleEndian, bigEndian };
@@ -58,7 +58,7 @@ struct Header {
   std::string_view body;
 };
 
-/// \return whether its type is known
+/// \return false if the line is malformed or a type unknown
 bool parseProperty(const std::vector<std::string_view>& words, Property& property)
 {
   const bool isList = words.size() == 5 && words[1] == "list";
@@ -109,7 +109,7 @@ Header parseHeader(const std::string& path, const std::string& text)
   throw FileError(path, "is a truncated or malformed PLY file: its header does not end");
 }
 
-/// The numbers of the body, one behind the other.
+/// Reads the numbers of the body in order.
 class Body {
 public:
   Body(const std::string& path, std::string_view rest, Format format) : path_(path), rest_(rest), format_(format) {}
@@ -127,7 +127,7 @@ public:
     return value;
   }
 
-  /// The next `count` entries of an element, into the first places of the columns; lists are skipped.
+  /// Reads the next `count` entries of an element into the first places of the columns; lists are skipped.
   void next(const Element& element, std::size_t count, Columns& columns)
   {
     if (isText() || element.hasLists()) {
@@ -147,7 +147,7 @@ public:
     }
   }
 
-  /// The number of values of a list, all of which are there.
+  /// Reads the length of a list; fails if the file is too short for it.
   std::size_t nextCount(const Property& list)
   {
     const double count = next(*list.countType);
@@ -181,7 +181,7 @@ private:
 
   double nextWord()
   {
-    constexpr std::size_t longest = 40; // of a word in a message
+    constexpr std::size_t longest = 40; // characters of a word in a message
     const std::string_view word = takeWord(rest_);
     double value = 0;
     if (!toNumber(word, value))
@@ -201,7 +201,7 @@ void readVertices(const std::string& path, const Element& element, Body& body, P
   std::vector<std::string> names;
   for (const Property& property : element.properties)
     names.push_back(property.isList() ? "" : property.name);
-  // The file was found to be long enough for so many.
+  // The caller checked that the file is long enough.
   const auto count = static_cast<std::size_t>(element.count);
   TableFiller filler(names, count, table);
   const VectorColumns& vectors = filler.vectors();
@@ -220,7 +220,7 @@ void readVertices(const std::string& path, const Element& element, Body& body, P
   filler.finish(vectors.color && element.properties[vectors.color->front()].type->kind != 'F');
 }
 
-/// Reads an element for its list of vertices, or, without `faces`, to see that it is all there.
+/// Reads the vertex lists of an element; without `faces` only checks that the element is complete.
 void readFaces(const Element& element, Body& body, Polygons* faces)
 {
   for (double f = 0; f < element.count; ++f)

@@ -13,7 +13,7 @@ namespace {
 
 using PartNames = std::array<const char*, 3>;
 
-/// The words of a name in lower case, parted by "_": those of "Pos.X", "pos x" and "posX" are the same.
+/// A name in lower case with "_" between its words: "Pos.X", "pos x" and "posX" all become "pos_x".
 std::string wordsOf(const std::string& name)
 {
   std::string words;
@@ -25,8 +25,8 @@ std::string wordsOf(const std::string& name)
   return words;
 }
 
-/// Where a name has an axis as a word, if the others tell nothing but that it is of a place, in which frame, and behind
-/// it the unit; else npos. Words that are not known may make a velocity or a sensor of it.
+/// The position of an axis in a name such as "world_x_m"; npos unless all other words are known as words of places or
+/// frames or, behind the axis, of units. An unknown word may make it a velocity or the position of a sensor.
 std::size_t findAxis(const std::string& words, std::string_view axis)
 {
   static const std::set<std::string_view> frames = {
@@ -73,7 +73,7 @@ public:
     return {};
   }
 
-  /// Those with nothing beside the axes first; else the first with the same words beside each.
+  /// Prefers names that are the axes alone; else the first columns with the same words around each axis.
   std::optional<Triple> findAxes(std::initializer_list<PartNames> candidates) const
   {
     std::optional<Triple> found = find(candidates);

@@ -30,7 +30,7 @@ void appendSensors(PointTable& more, PointTable& table)
     more.sensors = {*more.sensorOrigin};
     more.views.assign(more.size(), 0);
   }
-  std::vector<std::int32_t> numbers; // in the table
+  std::vector<std::int32_t> numbers; // of the sensors in the table
   for (const Eigen::Vector3d& sensor : more.sensors) {
     const auto known = std::find(table.sensors.begin(), table.sensors.end(), sensor);
     numbers.push_back(static_cast<std::int32_t>(known - table.sensors.begin()));
@@ -41,10 +41,10 @@ void appendSensors(PointTable& more, PointTable& table)
     table.views.push_back(numbers[view]);
 }
 
-/// A warning of files that are so far from those before them that they may be of another frame.
+/// Warnings about files that are so far from the files before them that they may be in another frame.
 std::vector<std::string> farApart(const std::vector<PointTable>& tables, const std::vector<std::string>& paths)
 {
-  constexpr double wide = 100; // times the extent of all others
+  constexpr double wide = 100; // times the larger extent of the two
   std::vector<std::string> warnings;
   Eigen::AlignedBox3d before;
   for (std::size_t n = 0; n < tables.size(); ++n) {
@@ -60,7 +60,7 @@ std::vector<std::string> farApart(const std::vector<PointTable>& tables, const s
   return warnings;
 }
 
-/// Of a file with the coordinates of each point and, if it has any, its normal.
+/// The header of a PLY or PCD file with coordinates and, if there are any, normals.
 std::string headerOf(const std::string& format, const std::string& count, bool isDouble, bool hasNormals)
 {
   const std::string type = isDouble ? "double" : "float", size = isDouble ? "8" : "4";

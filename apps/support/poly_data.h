@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// A mesh as VTK sees it.
+/// Converts meshes to VTK.
 #pragma once
 
 #include "surface_mesh.h"
@@ -9,8 +9,7 @@
 
 namespace mrf_apps {
 
-/// Colors are the scalars where the mesh has them, else intensities, else confidences; all other fields are named
-/// arrays.
+/// Colors, if there are any, are the active scalars; intensities, confidences and all other fields are named arrays.
 vtkSmartPointer<vtkPolyData> toPolyData(const SurfaceMesh& mesh);
 
 } // namespace mrf_apps

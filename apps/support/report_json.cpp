@@ -12,7 +12,7 @@
 
 using Json = nlohmann::ordered_json;
 
-// What nlohmann-json looks for: how the library's types become JSON.
+// The functions by which nlohmann-json converts the library's types.
 namespace pcl::mrf {
 
 static void to_json(Json& json, Status status)
@@ -31,7 +31,7 @@ static void to_json(Json& json, const GridSize& size)
   json = {size.x, size.y, size.z};
 }
 
-/// By stages, as the options' table names them.
+/// Nested by stage, under the names of the options' table.
 static void to_json(Json& json, const Options& options)
 {
   for (const OptionDeclaration& option : optionDeclarations()) {
@@ -41,7 +41,7 @@ static void to_json(Json& json, const Options& options)
     else
       json[option.name.substr(0, dot)][option.name.substr(dot + 1)] = value;
   }
-  // The texts, which are no rows of the table.
+  // Options that are texts, which are not in the table.
   json["confidenceField"] = options.confidenceField;
   json["noiseField"] = options.noiseField;
   json["observation"]["noiseModel"] = options.observation.noiseModel;

@@ -18,7 +18,7 @@
 namespace mrf_apps {
 namespace {
 
-/// A channel as light, of which glTF wants colors, from one as screens take it (IEC 61966-2-1).
+/// Converts a color channel from sRGB to linear light (IEC 61966-2-1), which glTF wants.
 float linear(float channel)
 {
   return channel <= .04045f ? channel / 12.92f : std::pow((channel + .055f) / 1.055f, 2.4f);
@@ -58,7 +58,7 @@ std::unique_ptr<aiMesh> meshOf(const SurfaceMesh& mesh, const Eigen::Vector3d& o
   return result;
 }
 
-/// Matt and white, or as the vertices are colored; seen from both sides, as open surfaces are.
+/// A matte material, white unless the vertices have colors, visible from both sides because surfaces may be open.
 std::unique_ptr<aiMaterial> plainMaterial()
 {
   auto material = std::make_unique<aiMaterial>();
@@ -73,8 +73,8 @@ std::unique_ptr<aiMaterial> plainMaterial()
   return material;
 }
 
-/// Has Assimp write a file that its exporter creates by name, and returns its bytes; empty if it fails. It does not
-/// tell that a disk is full, so that the end of the archive is looked for.
+/// The bytes of a file that Assimp's exporter writes by name; empty if that fails. Assimp does not report a full disk,
+/// so the end record of the archive is looked for.
 std::string exportedByName(const aiScene& scene, Assimp::Exporter& exporter, const char* id)
 {
   std::string folder = (std::filesystem::temp_directory_path() / "scene-XXXXXX").string();
@@ -107,7 +107,7 @@ std::string sceneBytes(const SurfaceMesh& mesh, const Eigen::Vector3d& offset, c
   scene.mMeshes[0] = meshOf(mesh, offset, format == "glb").release();
   scene.mNumMeshes = 1;
   scene.mRootNode = new aiNode("scene");
-  auto* surface = new aiNode("surface"); // 3MF leaves out what the root holds itself
+  auto* surface = new aiNode("surface"); // the 3MF exporter leaves out meshes of the root itself
   surface->mMeshes = new unsigned[1]{};
   surface->mNumMeshes = 1;
   scene.mRootNode->addChildren(1, &surface);

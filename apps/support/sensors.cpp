@@ -16,7 +16,7 @@ bool toPosition(const std::vector<std::string_view>& words, Eigen::Vector3d& pos
   return isGood && position.allFinite();
 }
 
-/// \param take is given the words of every row, and returns whether they are what the rows hold
+/// \param take gets the words of each row and returns false if they are invalid
 template <typename Take>
 void forEachRow(const std::string& path, const std::string& text, const char* what, const Take& take)
 {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// STL. Not through VTK, whose reader takes the memory that a header asks for and half a file for the whole.
+// Reads STL. VTK's reader is not used: it allocates what the header asks for, and accepts half a file as whole.
 #include "errors.h"
 #include "point_readers.h"
 #include "surface_mesh.h"
@@ -26,7 +26,7 @@ bool isBinary(const std::string& text)
   return text.size() == headerBytes + sizeof(count) + std::uint64_t{count} * facetBytes;
 }
 
-/// What our writer left off the vertices, see offsetOfFloats.
+/// The offset that our writer subtracted from the vertices, see offsetOfFloats.
 Eigen::Vector3d offsetIn(std::string_view header)
 {
   header = header.substr(0, header.find('\0'));
@@ -55,7 +55,7 @@ Corners binaryCorners(const std::string& text)
   return corners;
 }
 
-/// The words of a text file, one behind the other.
+/// Reads the words of a text file in order.
 class Words {
 public:
   Words(const std::string& path, std::string_view text) : path_(path), text_(text), rest_(text) {}
@@ -88,7 +88,7 @@ public:
 
 private:
   const std::string& path_;
-  std::string_view text_, rest_; ///< all of it, and what is behind the last word
+  std::string_view text_, rest_; ///< the whole text, and its part behind the last word
 };
 
 Corners textCorners(const std::string& path, const std::string& text)

@@ -25,7 +25,7 @@ pcl::mrf::MeshView viewOf(const SurfaceMesh& mesh)
   pcl::mrf::MeshView view;
   view.vertices = mesh.vertices.size();
   view.inSinglePrecision = !mesh.doublePrecision;
-  // Consecutive components, one field each, of an array with an element per vertex.
+  // Adds a field for each component of an array that has an element per vertex.
   const auto add = [&](std::initializer_list<const char*> names, const auto& values, std::uint8_t type) {
     std::size_t offset = 0;
     for (const char* name : names) {
@@ -65,7 +65,7 @@ void writeObj(const SurfaceMesh& mesh, const std::string& path)
     std::string line = "v";
     for (const double value : mesh.vertices[v])
       line += " " + (mesh.doublePrecision ? decimal(value) : decimal(static_cast<float>(value)));
-    // The widespread extension: colors 0..1 behind the coordinates.
+    // A common extension of the format: colors 0..1 behind the coordinates.
     if (!mesh.colors.empty())
       for (const std::uint8_t channel : mesh.colors[v])
         line += " " + decimal(static_cast<float>(channel) / 255.f);
@@ -86,7 +86,7 @@ void writeObj(const SurfaceMesh& mesh, const std::string& path)
   file.close();
 }
 
-/// Not VTK's writer, which knows no offset.
+/// VTK's writer is not used: it writes no offset.
 void writeStl(const SurfaceMesh& mesh, const std::string& path)
 {
   const Eigen::Vector3d offset = offsetOfFloats(mesh, "stl");
@@ -145,10 +145,10 @@ Eigen::Vector3d offsetOfFloats(const SurfaceMesh& mesh, const std::string& forma
   const Eigen::AlignedBox3d box = boxOf(mesh.vertices);
   if (box.isEmpty())
     return Eigen::Vector3d::Zero();
-  // Rounded to a power of ten below the mesh's size: easy to type, and found again without a loss.
+  // Rounded to multiples of a power of ten below the mesh's size: easy to type, and read back without a loss.
   const double step = std::pow(10., std::floor(std::log10(std::max(box.diagonal().norm(), 1e-300))));
   Eigen::Vector3d offset = (box.center() / step).array().round() * step;
-  // Twelve digits at most, so that three fit into the header of a file.
+  // At most twelve digits, so that three numbers fit into the header of an STL file.
   for (double& value : offset) {
     std::array<char, 32> digits;
     std::snprintf(digits.data(), digits.size(), "%.11e", value);

@@ -25,11 +25,11 @@ struct SurfaceMesh {
   std::vector<float> confidences;
   std::vector<std::array<std::uint8_t, 3>> colors;
   std::vector<float> intensities;
-  std::map<std::string, std::vector<float>> scalars; ///< further fields by name, one word each
-  bool doublePrecision = false; ///< float does not hold the vertices: formats that can are written in double
+  std::map<std::string, std::vector<float>> scalars; ///< further fields by their names, which have no blanks
+  bool doublePrecision = false; ///< float does not hold the vertices: formats that hold doubles get doubles
 };
 
-/// Takes over the mesh of a reconstruction, in the cloud's frame. \param isExact float does not hold that
+/// Moves the mesh out of a reconstruction, into the cloud's frame. \param isExact float does not hold its vertices
 SurfaceMesh toSurfaceMesh(pcl::mrf::Reconstruction& reconstruction, bool isExact);
 
 /// Formats that `writeMesh` knows: extensions in lower case, without the dot.
@@ -41,24 +41,23 @@ bool isMeshFormat(const std::string& extension);
 /// Extensions that writeMesh knows, for messages.
 extern const char* const meshFileExtensions;
 
-/// What a file of this mesh leaves off the vertices where the coordinates of its format are floats: near the mesh's
-/// center, in few digits, or zero unless the mesh has doublePrecision.
+/// The offset that is subtracted from the vertices if the format has float coordinates: near the mesh's center, in few
+/// digits. Zero unless the mesh has doublePrecision.
 Eigen::Vector3d offsetOfFloats(const SurfaceMesh& mesh, const std::string& format);
 
-/// What a user should know about a file that was written less such an offset.
+/// The warning about a file that was written with such an offset.
 std::string shiftWarning(const std::string& path, const Eigen::Vector3d& offset);
 
-/// Precedes the offset at the beginning of such a file, where readMesh finds it.
+/// The text before the offset in the header of an STL file, by which readMesh finds it.
 extern const char* const stlOffsetMark;
 
-/// Writes PLY (binary), OBJ, STL (binary), VTK (legacy, binary), VTP, GLB, DAE or 3MF.
-/// STL holds float coordinates, less offsetOfFloats, and no fields; the last three such coordinates; only PLY, VTK and
-/// VTP scalars, and 3MF no colors.
+/// Writes PLY (binary), OBJ, STL (binary), VTK (legacy, binary), VTP, GLB, DAE or 3MF. STL, GLB, DAE and 3MF hold float
+/// coordinates minus offsetOfFloats; STL holds no fields, 3MF no colors, and only PLY, VTK and VTP hold scalars.
 /// \param format extension, lower case, without the dot
 /// \throw pcl::mrf::FileError
 void writeMesh(const SurfaceMesh& mesh, const std::string& path, const std::string& format);
 
-/// The same for all formats but VTP, which needs VTK. \return false for another one, of which nothing is written
+/// The same for all formats but VTP, which needs VTK. \return false for VTP and unknown formats, and writes nothing
 bool writeWithoutVtk(const SurfaceMesh& mesh, const std::string& path, const std::string& format);
 
 /// Writes a field as an image of VTK, VTI, with the point arrays `distance` and `confidence`.

@@ -23,7 +23,7 @@ namespace mrf_apps {
 
 namespace {
 
-/// The rest of a stream. \param size that it has if it is a file; pipes have no size beforehand
+/// The rest of a stream. \param size of the file; 0 for a pipe, whose size is unknown
 std::string readAll(std::FILE* file, std::size_t size, const std::string& name)
 {
   std::string text(size, '\0');
@@ -51,7 +51,7 @@ void splitAt(std::string_view separators, std::string_view line, std::vector<std
   }
 }
 
-/// Of a number that no double holds: whether it is too close to zero rather than too far from it.
+/// True if a number outside of the range of double is too close to zero, false if it is too large.
 bool isTiny(std::string_view number)
 {
   const std::size_t exponent = number.find_first_of("eE");
@@ -203,7 +203,7 @@ bool toNumber(std::string_view word, double& value)
   if (word.empty() || result.ptr != word.data() + word.size())
     return false;
   if (result.ec == std::errc::result_out_of_range) {
-    // from_chars leaves the value as it was. Too large for a double is not finite, so it is refused or dropped later.
+    // from_chars has not set the value. Numbers too large for a double become infinite: refused or dropped later.
     value = isTiny(word) ? 0 : std::numeric_limits<double>::infinity();
     return true;
   }

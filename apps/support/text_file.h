@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// Whole files as text, and numbers out of it, fast and without a locale.
+/// Reads whole files as text, and numbers from text, fast and without a locale.
 #pragma once
 
 #include <cstddef>
@@ -13,10 +13,10 @@ namespace mrf_apps {
 /// \return the extension of a path in lower case without the dot; empty if it has none
 std::string extension(const std::string& path);
 
-/// The same of what gzip has packed: ply of scan.ply.gz.
+/// The same without .gz: ply for scan.ply.gz.
 std::string unpackedExtension(const std::string& path);
 
-/// The end of a message about a file that is not read: what converts it; empty if that is not known.
+/// The end of a message about a file that cannot be read: the program that converts it; empty if unknown.
 /// \param type what the file is, as an extension
 std::string conversionHint(const std::string& path, const std::string& type);
 inline std::string conversionHint(const std::string& path)
@@ -28,16 +28,16 @@ inline std::string conversionHint(const std::string& path)
 /// \throw FileError if it is missing, a directory or device, unreadable or empty, or packed but damaged or too large
 std::string readWholeFile(const std::string& path);
 
-/// The same of standard input, to its end. \throw FileError if it is a terminal, and as above
+/// The same for standard input, to its end. \throw FileError if it is a terminal, and as above
 std::string readStandardInput();
 
 /// Writes a whole file. \throw pcl::mrf::FileError, which OutputFiles::write adds the path to
 void writeText(const std::string& path, const std::string& text);
 
-/// Words in one text.
+/// The words as one text.
 std::string joined(const std::vector<std::string>& words, const std::string& separator = ", ");
 
-/// Hands out the lines of a text, without their ends: LF, CRLF, or CR in a text without the others.
+/// Iterates over the lines of a text, without their ends: LF, CRLF, or CR in a text without the others.
 class Lines {
 public:
   /// \param path of the file, for messages
@@ -46,10 +46,10 @@ public:
   {}
 
   bool next(std::string_view& line);
-  /// The words of the next line that has any. \param comment begins what is left out of a line; 0: nothing does
+  /// The words of the next line that has any. \param comment character that begins a comment; 0: none
   bool next(std::vector<std::string_view>& words, char comment = 0);
   std::string_view rest() const { return text_; }
-  std::size_t number() const { return number_; } ///< of the line handed out last, from 1
+  std::size_t number() const { return number_; } ///< of the last line, from 1
   /// \throw FileError about that line
   [[noreturn]] void fail(const std::string& cause) const;
 
@@ -60,7 +60,7 @@ private:
   std::size_t number_ = 0;
 };
 
-/// Takes the next word off a text, in whatever line it is. \return empty at the end
+/// Takes the next word off a text, across line ends. \return empty at the end
 std::string_view takeWord(std::string_view& text);
 
 /// Splits a line at blanks and tabs.
@@ -69,8 +69,8 @@ void split(std::string_view line, std::vector<std::string_view>& words);
 /// Splits a row of a table: at commas and semicolons, too.
 void splitRow(std::string_view line, std::vector<std::string_view>& words);
 
-/// True if words of one row are joined by commas here and parted by something else there, as with "0,5 1,25".
-/// \param words as splitRow() gave them, of a line that is still there
+/// True if commas separate some words of a row and blanks or semicolons others, as in "0,5 1,25".
+/// \param words from splitRow(); their line must still exist
 bool haveDecimalCommas(const std::vector<std::string_view>& words);
 
 /// \return true if the whole word is a number (nan and inf are)

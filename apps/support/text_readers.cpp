@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Rows of numbers and PTX, which have no other reader, and OBJ: PCL's reader pairs vertices and normals by their order
-// in the file.
+// Reads rows of numbers, PTX and OBJ. The first two have no other reader; PCL's of OBJ pairs vertices and normals by
+// their order in the file.
 #include "errors.h"
 #include "point_readers.h"
 #include "text_file.h"
@@ -22,7 +22,7 @@ bool isComment(std::string_view line)
   return begin == std::string_view::npos || line[begin] == '#' || line.substr(begin, 2) == "//";
 }
 
-/// Where units are in a line of names, "X [m]" or "Height(ft)": what is short, in brackets, and has no digit.
+/// The units in a line of names such as "X [m]" or "Height(ft)": short texts in brackets without a digit.
 std::vector<std::string_view> unitsIn(std::string_view line)
 {
   constexpr std::size_t longest = 14;
@@ -49,7 +49,7 @@ std::string withoutUnits(std::string_view line)
   return names.append(rest, line.data() + line.size());
 }
 
-/// The units of length that a line of names has in brackets behind those of the coordinates, each once.
+/// The units of length in brackets behind the names of the coordinates, each once.
 std::set<std::string> lengthUnits(std::string_view line, const std::vector<std::string>& names)
 {
   constexpr std::string_view splitters = " \t,;\"#/";
@@ -73,7 +73,7 @@ std::set<std::string> lengthUnits(std::string_view line, const std::vector<std::
   return units;
 }
 
-/// Whether a cell says that there is no number, as R, databases, Windows and spreadsheets write it.
+/// True if a cell marks a missing number, as R, databases, Windows and spreadsheets do.
 bool isMissing(std::string_view cell)
 {
   for (const std::string_view word : {"", "NA", "N/A", "#N/A", "null", "none", "-"})
@@ -84,27 +84,27 @@ bool isMissing(std::string_view cell)
 
 /// The cells of a column that hold no number.
 struct Gaps {
-  std::size_t count = 0, missingLine = 0, textLine = 0; ///< all; the first missing number and the first text, from 1
-  std::string_view text;                                ///< the first
+  std::size_t count = 0, missingLine = 0, textLine = 0; ///< all; line of the first missing number, of the first text
+  std::string_view text;                                ///< the first text
 };
 
-/// Rows of numbers, all of one length; NaN in the gaps.
+/// Rows of numbers with the same number of columns; NaN in the gaps.
 struct Rows {
   std::size_t columns = 0;
   std::vector<double> values;
-  std::vector<std::string> names; ///< of the columns; without one they are skipped
+  std::vector<std::string> names; ///< of the columns; a column with an empty name is skipped
   std::vector<Gaps> gaps;         ///< of the columns
-  bool areCounted = false;        ///< a line says how many there are
-  bool arePts = false;            ///< the format says so: an intensity is before the colors
-  bool areXyzrgb = false;         ///< so does this one: colors, which may be numbers up to 1, behind the coordinates
-  std::size_t missingLine = 0;    ///< the first without a coordinate, from 1
+  bool areCounted = false;        ///< a line holds the number of rows
+  bool arePts = false;            ///< the format is pts: an intensity is before the colors
+  bool areXyzrgb = false;         ///< the format is xyzrgb: colors, maybe up to 1, are behind the coordinates
+  std::size_t missingLine = 0;    ///< the first that lacks a coordinate, from 1; 0: none
 
   std::size_t size() const { return columns == 0 ? 0 : values.size() / columns; }
   double at(std::size_t row, std::size_t column) const { return values[row * columns + column]; }
 };
 
-/// Splits a line at tabs, else semicolons, else commas, between which there may be nothing or several words; a line
-/// without them at blanks. Those within quotes do not count; takes quotes off.
+/// Splits a line at its tabs, without tabs at semicolons, without these at commas; a cell may be empty or have several
+/// words. A line with none of them is split at blanks. Separators within quotes do not count, and quotes are removed.
 void splitCells(std::string_view line, std::vector<std::string_view>& cells)
 {
   const auto endOfCell = [line, areClosed = std::count(line.begin(), line.end(), '"') % 2 == 0](std::size_t at,
@@ -152,7 +152,7 @@ public:
 private:
   bool takeNames(std::string_view line)
   {
-    // As COLMAP names the track of a point: a list from there on, as long as it is.
+    // COLMAP names the track of a point so: from this column on, each row has a list of any length.
     const std::size_t list = line.find("[] as (");
     std::vector<std::string> names = rows_.columns > 0 ? std::vector<std::string>() : columnNames(line.substr(0, list));
     const bool areThere = !names.empty();
@@ -169,7 +169,7 @@ private:
     return areThere;
   }
 
-  /// One count is before all rows, or, in PTS, one before those of each scan.
+  /// A count is before all rows or, in PTS, before the rows of each scan. \return false if the line is no count
   bool takeCount()
   {
     if ((rows_.columns > 0 && !rows_.areCounted) || values_.size() != 1 || !isCount(values_[0]))
@@ -182,7 +182,7 @@ private:
   {
     (line.find('"') == std::string_view::npos ? splitRow : splitCells)(line, cells_);
     const bool areNumbers = toNumbers(cells_, values_);
-    if (areNumbers && haveDecimalCommas(cells_)) // they would make two numbers of one
+    if (areNumbers && haveDecimalCommas(cells_)) // each would split a number into two
       lines_.fail("has commas within numbers, it seems; write 0.5 for 0,5, or part all columns by commas");
     if (areNumbers ? takeCount() : takeNames(line))
       return;
@@ -209,7 +209,7 @@ private:
     rows_.values.insert(rows_.values.end(), values_.begin(), values_.end());
   }
 
-  /// Of the first row. \param isParted its cells are parted by more than blanks
+  /// Starts with the first row. \param isParted its cells are separated by more than blanks
   void start(bool isParted)
   {
     double number = 0;
@@ -220,8 +220,8 @@ private:
     if (rows_.names.size() != cells_.size() && numbers < 3)
       lines_.fail("is not a row of numbers, nor names columns x, y and z, which are lengths: name them so, or delete "
                   "the line where they come first");
-    // Without the names x y z are taken to be first; a column that numbers the points needs none. A comment may be a
-    // sentence.
+    // Names that do not match are ignored, and x y z taken to be first; so a header must match or begin with x y z. A
+    // column that numbers the points needs no name. A comment need not match: it may be a sentence.
     const std::size_t names = rows_.names.size();
     if (isHeader_ && names != cells_.size() && names + 1 != cells_.size() &&
         (isParted || VectorColumns(rows_.names).position != Triple{0, 1, 2}))
@@ -237,7 +237,7 @@ private:
     for (std::size_t i = 0; i < cells_.size(); ++i) {
       if (toNumber(cells_[i], values_[i]))
         continue;
-      values_[i] = std::nan(""); // for what begins as a number
+      values_[i] = std::nan(""); // toNumber may have stored a number that the text begins with
       Gaps& gaps = rows_.gaps[i];
       ++gaps.count;
       std::size_t& first = isMissing(cells_[i]) ? gaps.missingLine : gaps.textLine;
@@ -250,18 +250,18 @@ private:
   const std::string& path_;
   Lines lines_;
   Rows rows_;
-  bool isHeader_ = false;      ///< what has the names, rather than a comment
-  std::size_t beforeList_ = 0; ///< columns that are before a list in each row; 0: there is none
+  bool isHeader_ = false;      ///< the names are in a line that is no comment
+  std::size_t beforeList_ = 0; ///< columns before the list in each row; 0: there is no list
   double announced_ = 0;
   std::vector<std::string_view> cells_;
   std::vector<double> values_;
 };
 
-/// The columns that are neither text nor empty. Refuses text in a coordinate, a normal or a color, and coordinates
-/// without a number; in a column without a name, which may be anything, text between numbers.
+/// The columns that are neither text nor empty. Refuses text in a coordinate, a normal or a color, coordinates without
+/// any number, and, if columns have no names, text in a column with numbers.
 std::vector<std::size_t> columnsOfNumbers(const std::string& path, Rows& rows, std::vector<std::string>& notes)
 {
-  constexpr std::size_t longest = 40; // of a text in a message
+  constexpr std::size_t longest = 40; // characters of a text in a message
   const bool areNamed = rows.names.size() == rows.columns;
   const VectorColumns vectors(areNamed ? rows.names : std::vector<std::string>());
   std::vector<std::size_t> result;
@@ -305,7 +305,7 @@ void keepColumns(const std::vector<std::size_t>& kept, Rows& rows)
   rows.columns = kept.size();
 }
 
-/// Whether the first column numbers the rows, from any number on. Of a few rows it may be a coordinate.
+/// True if the first column numbers the rows, from any number on. With fewer than `min` rows it may be a coordinate.
 bool areNumbered(const Rows& rows)
 {
   constexpr std::size_t min = 10;
@@ -317,7 +317,7 @@ bool areNumbered(const Rows& rows)
 
 enum class Content { unknown, normals, colors };
 
-/// What three columns hold, as their values tell; nothing but zeros is none of it.
+/// What three columns hold, judged by their values; unknown if all are zero.
 Content contentOf(const Rows& rows, std::size_t column)
 {
   std::size_t zeros = 0, units = 0, bytes = 0;
@@ -345,7 +345,7 @@ void guessNames(Rows& rows, std::vector<std::string>& notes)
   add({"x", "y", "z"});
   const auto left = [&] { return rows.columns - names.size(); };
   const auto next = [&](std::size_t skipped) { return contentOf(rows, names.size() + skipped); };
-  // PTS has the intensity before the colors; others have a scalar behind them, which may be a byte as well.
+  // PTS has the intensity before the colors; other files may have a scalar behind them, which may look like a color.
   if (left() == 1 || (left() % 3 == 1 && (rows.arePts || (next(1) != Content::unknown &&
                                                           (next(0) == Content::unknown ||
                                                            (rows.areCounted && next(0) == Content::colors))))))
@@ -379,7 +379,7 @@ PointTable toTable(Rows rows, std::vector<std::string> notes = {})
   table.notes = std::move(notes);
   if (rows.size() == 0)
     return table;
-  if (rows.names.size() + 1 == rows.columns && areNumbered(rows)) // as data frames are written
+  if (rows.names.size() + 1 == rows.columns && areNumbered(rows)) // data frames are written so
     rows.names.insert(rows.names.begin(), "");
   if (rows.names.size() != rows.columns) {
     if (!rows.names.empty())
@@ -448,14 +448,14 @@ void addObjNormals(const std::vector<Eigen::Vector3f>& normals, const std::vecto
 
 std::vector<std::string> columnNames(std::string_view text)
 {
-  constexpr std::size_t longest = 1 << 16; // what is longer is no header, and not worth a copy
+  constexpr std::size_t longest = 1 << 16; // characters; a longer line is no header, and not worth a copy
   const std::string bare = text.size() <= longest ? withoutUnits(text) : "";
   std::string_view line = bare;
   if (isComment(line))
     line.remove_prefix(std::min(line.find_first_not_of("#/ \t"), line.size()));
   line = line.substr(0, line.find_last_not_of(" \t,;") + 1);
   std::vector<std::string_view> words;
-  for (const auto splitNames : {splitCells, splitRow}) { // several words may be one name, or each one
+  for (const auto splitNames : {splitCells, splitRow}) { // a name may have several words, or one
     splitNames(line, words);
     std::vector<std::string> names(words.begin(), words.end());
     if (VectorColumns(names).position)
@@ -484,7 +484,7 @@ PointTable parseXyz(const std::string& path, const std::string& text, const std:
 
 PointTable parsePtx(const std::string& path, const std::string& text)
 {
-  // Columns, rows, scanner, its three axes, and the transformation of row vectors.
+  // Numbers per line: columns, rows, scanner, its three axes, and the transformation of row vectors.
   constexpr std::array<std::size_t, 10> header = {1, 1, 3, 3, 3, 3, 4, 4, 4, 4};
   Rows rows;
   std::vector<Eigen::Vector3d> sensors;
@@ -511,9 +511,9 @@ PointTable parsePtx(const std::string& path, const std::string& text)
       numbers.insert(numbers.end(), values.begin(), values.end());
     }
     const Eigen::Map<const Eigen::Vector3d> scanner(&numbers[2]);
-    const Eigen::Map<const Eigen::Matrix4d> transformation(&numbers[14]); // by columns: of column vectors
+    const Eigen::Map<const Eigen::Matrix4d> transformation(&numbers[14]); // by columns, so it is transposed
     sensors.push_back(scanner.isZero(0) ? Eigen::Vector3d(transformation.col(3).head<3>()) : scanner);
-    if (sensors.back().isZero(0) && std::min(numbers[0], numbers[1]) < 2) // as in PCD, nobody has set it
+    if (sensors.back().isZero(0) && std::min(numbers[0], numbers[1]) < 2) // as in PCD, the default that nobody set
       areKnown = false;
     for (double cell = 0; cell < numbers[0] * numbers[1]; ++cell) {
       next();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// From exceptions to one line on standard error and an exit status, for all tools.
+/// Turns exceptions into one line on standard error and an exit status, for all tools.
 #pragma once
 
 #include "errors.h"
@@ -12,10 +12,10 @@ namespace mrf_apps {
 
 /// Runs a tool. \param memoryAdvice what to do when memory runs out, may be empty
 /// \param tool returns the exit status, see ExitStatus
-/// \return that, or the one for what it throws
+/// \return that status, or the one for the exception that the tool throws
 int toolMain(const std::string& name, const std::string& memoryAdvice, const std::function<int()>& tool);
 
-/// Runs a command, or prints what was asked for instead, such as a help. \return the exit status
+/// Runs a command, or prints the text that it asks for, such as the help. \return the exit status
 template <typename Command, typename Run>
 int runOrTell(const Command& command, const Run& run)
 {
@@ -26,7 +26,7 @@ int runOrTell(const Command& command, const Run& run)
 }
 
 /// Runs a part of a tool; what it throws becomes a line on standard error.
-/// \param subject what the part is about, which every line names; may be empty
+/// \param subject the input that the part is about, which every line names; may be empty
 /// \return what the part returns, or the exit status for what it throws
 int guarded(const std::string& name, const std::string& subject, const std::string& memoryAdvice,
             const std::function<int()>& part);

@@ -10,13 +10,13 @@
 namespace mrf_apps {
 namespace {
 
-/// Ends a parse that asks for a text.
+/// Ends the parse of a command line that asks for a text, such as the help.
 struct Information : CLI::Success {
   explicit Information(std::string wanted) : text(std::move(wanted)) {}
   std::string text;
 };
 
-/// Fewest letters inserted, dropped, changed, or swapped with the next that make one word the other.
+/// The minimum number of letters to insert, drop, change, or swap with the next that turns one word into the other.
 std::size_t editDistance(const std::string& a, const std::string& b)
 {
   // Row i holds the distances of the first i letters of a from the beginnings of b.
@@ -34,8 +34,8 @@ std::size_t editDistance(const std::string& a, const std::string& b)
   return distance[a.size()][b.size()];
 }
 
-/// The end of a message: "; did you mean NEAREST?" if a word begins with the mistyped one, or is at most one edit in
-/// three letters away from it; else nothing.
+/// The end of a message: "; did you mean NEAREST?" if a candidate begins with the word, or is at most one edit per
+/// three letters away; else empty.
 std::string didYouMean(const std::string& word, const std::vector<std::string>& candidates)
 {
   constexpr std::size_t longestWord = 100; // nobody mistypes a longer one, and the time grows with its square
@@ -77,7 +77,7 @@ ToolOptions::ToolOptions(const std::string& tool, const std::string& version, co
   texts.version = version;
   texts.summary = summary;
   app_.set_help_flag();
-  // Registered first, so that whoever asks for help gets it whatever else is wrong; listed last.
+  // Registered first, so that --help works whatever else is wrong; listed last.
   information("-h,--help", "print a short help", [this] { return shortHelp(texts); });
   information("--help-all", "print this help", [this] { return fullHelp(texts); });
   information("--version", "print the version", [this] { return texts.tool + " " + texts.version + "\n"; });
@@ -200,7 +200,7 @@ CLI::Option* ToolOptions::file(const std::string& name, const std::string& unit,
   });
 }
 
-/// \param typed all words of the command line: of "-voxel" the parser has taken -v, and left "-oxel"
+/// \param typed all words of the command line: the parser splits "-voxel" into -v and "-oxel"
 void ToolOptions::refuseUnknown(const std::vector<std::string>& typed) const
 {
   const std::vector<std::string> words = app_.remaining();

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// The options of a tool: each is declared once, for the parser and for all that is told of it: help, manual
-/// page, completion.
+/// The options of a tool: each is declared once, for the parser, the help, the manual page and the completion.
 #pragma once
 
 #include "text_file.h"
@@ -25,35 +24,35 @@ struct OptionText {
   std::string value;              ///< "LENGTH"; empty: a flag
   std::string help;               ///< with limits and default
   std::string group;              ///< heading
-  std::vector<std::string> words; ///< that it takes; empty: any
+  std::vector<std::string> words; ///< the only ones allowed; empty: any
 };
 
-/// All that is told of a tool.
+/// The texts about a tool.
 struct ToolTexts {
   std::string tool, version;
   std::string summary;            ///< what it does, a sentence
   std::vector<std::string> usage; ///< command lines without the tool's name
   std::vector<std::pair<std::string, std::string>> operands;
   std::vector<OptionText> options;
-  std::vector<std::pair<std::string, std::string>> everyday; ///< options of the short help, in words of their own
+  std::vector<std::pair<std::string, std::string>> everyday; ///< options of the short help, with their texts there
   std::vector<std::string> examples;                         ///< command lines without the tool's name
-  std::map<std::string, std::string> hints;                  ///< on what other programs call options
+  std::map<std::string, std::string> hints;                  ///< for names of options in other programs
   std::vector<std::string> notes;                            ///< paragraphs; lines keep their indentation
 };
 
-/// Everyday options and an example, on a screen.
+/// The everyday options and an example; fits on a screen.
 std::string shortHelp(const ToolTexts& texts);
 
-/// All options, by their groups.
+/// All options by groups.
 std::string fullHelp(const ToolTexts& texts);
 
-/// For man, as a page of section 1.
+/// A page of section 1 for man.
 std::string manualPage(const ToolTexts& texts);
 
-/// A script for bash: of options and the words that some take; it completes files by itself.
+/// A script for bash that completes options and their words; bash itself completes files.
 std::string bashCompletion(const ToolTexts& texts);
 
-/// Registers options in groups of the help, and parses. Targets live as long as the parse.
+/// Registers options and parses the command line. Targets must live until it is parsed.
 class ToolOptions {
 public:
   /// \param version such as "1.2.3" \param summary a sentence
@@ -61,21 +60,21 @@ public:
   ToolOptions(const ToolOptions&) = delete;
   ToolOptions& operator=(const ToolOptions&) = delete;
 
-  ToolTexts texts; ///< what is told beside the options that are registered
+  ToolTexts texts; ///< the texts beside those of the options are set by the tool
 
-  /// The words that belong to no option are appended to the target. \param max so many of them
+  /// The words that belong to no option are stored in the target. \param max number of them
   void operands(std::vector<std::string>& target, std::size_t max);
   /// Later options appear under this heading of the help.
   void group(const std::string& name) { group_ = name; }
 
   // All options below are named "--name" or "-n,--name", and may be given once.
 
-  /// An option of one word. \param unit what the help calls the word
-  /// \param set returns what is wrong with the word, to be put behind it; empty: nothing
+  /// An option with a value. \param unit name of the value in the help
+  /// \param set returns the error, worded to follow the value in a message; empty if the value is valid
   CLI::Option* add(const std::string& name, const std::string& unit, const std::string& help,
                    const std::function<std::string(const std::string&)>& set);
 
-  /// Any word.
+  /// Takes any word.
   CLI::Option* text(const std::string& name, const std::string& unit, std::string& target, const std::string& help)
   {
     return add(name, unit, help, [&target](const std::string& word) {
@@ -84,7 +83,7 @@ public:
     });
   }
 
-  /// One of several words. \param set is given one of them
+  /// Takes one of several words. \param set gets the word
   CLI::Option* words(const std::string& name, const std::vector<std::string>& words, const std::string& help,
                      const std::function<void(const std::string&)>& set);
 
@@ -110,16 +109,16 @@ public:
     });
   }
 
-  /// Up to 2^53: larger ones would not be the number that was typed.
+  /// Up to 2^53, as far as a double holds all whole numbers.
   void seed(std::uint64_t& target, const std::string& help) { whole("--seed", target, 0, 0x1p53, help); }
 
   void threads(int& target, const std::string& help) { whole("--threads", target, 0, 1024, help); }
 
   void vector(const std::string& name, Eigen::Vector3d& target, const std::string& help);
-  /// A vector each time it is given.
+  /// Takes one more vector each time it is given.
   CLI::Option* vectors(const std::string& name, std::vector<Eigen::Vector3d>& targets, const std::string& help);
 
-  /// The name of a file. \param unit "FILE.json" wants this extension
+  /// The name of a file. \param unit "FILE.json" requires this extension
   CLI::Option* file(const std::string& name, const std::string& unit, std::string& target, const std::string& help);
 
   template <typename Value>
@@ -138,7 +137,7 @@ public:
 
   bool isGiven(const std::string& name) const { return app_.get_option(name)->count() > 0; }
 
-  /// Parses. \return what --help or its like ask for; empty: the command is to be run \throw UsageError
+  /// Parses. \return the text that --help or a similar option asks for; empty: run the command \throw UsageError
   std::string parse(int argc, const char* const* argv);
 
 private:
@@ -149,7 +148,7 @@ private:
 
   CLI::App app_;
   std::string group_ = "Options";
-  std::vector<OptionText> last_; ///< options that follow all others
+  std::vector<OptionText> last_; ///< options listed behind all others
 };
 
 } // namespace mrf_apps

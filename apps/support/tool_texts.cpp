@@ -10,7 +10,7 @@ namespace {
 
 constexpr std::size_t screenWidth = 80;
 
-/// Appends words in lines that fit the screen. \param indent of all lines \param column where the first one has got to
+/// Appends words in lines that fit the screen. \param indent of all lines \param column where the first one continues
 void addWrapped(const std::string& words, std::size_t indent, std::size_t column, std::string& text)
 {
   std::istringstream stream(words);
@@ -55,7 +55,7 @@ std::string termOf(const OptionText& option)
          (option.value.empty() ? "" : " " + option.value);
 }
 
-/// The same where there is no room for many words.
+/// The same for the short help, which has no room for many words.
 std::string shortTermOf(OptionText option)
 {
   constexpr std::size_t longest = 22;

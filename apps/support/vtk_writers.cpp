@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What VTK writes: its XML formats.
+// Writes VTK's XML formats.
 #include "errors.h"
 #include "poly_data.h"
 #include "surface_mesh.h"
@@ -22,7 +22,7 @@ void writeXml(const Data& data, const std::string& path)
 {
   auto writer = vtkSmartPointer<Writer>::New();
   writer->SetInputData(data);
-  writer->WriteToOutputStringOn(); // VTK would not tell why a file cannot be written
+  writer->WriteToOutputStringOn(); // VTK does not tell why a file cannot be written
   writer->Write();
   writeText(path, writer->GetOutputString());
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// Large arrays that are not set when they are made, or zero and aligned.
+/// Large arrays: uninitialized, or zeroed and aligned.
 #pragma once
 
 #include <cstddef>
@@ -11,8 +11,7 @@
 
 namespace pcl::mrf {
 
-/// Leaves new elements uninitialized: clearing a large array first would cost one thread as much as filling it costs
-/// all of them.
+/// Leaves new elements uninitialized: one thread would clear a large array no faster than all threads fill it.
 template <typename T>
 struct UninitializedAllocator : std::allocator<T> {
   template <typename U>
@@ -27,12 +26,12 @@ struct UninitializedAllocator : std::allocator<T> {
   }
 };
 
-/// One value per voxel of a band, not set when they are made.
+/// One value per voxel of a band, uninitialized.
 using PackedValues = std::vector<float, UninitializedAllocator<float>>;
 using PackedFlags = std::vector<std::uint8_t, UninitializedAllocator<std::uint8_t>>;
 
-/// Floats that are zero at first. Whole pages of a large array that nobody writes to take neither memory nor time, and
-/// vectors of 16 that begin at a multiple of 16 do not lie in two cache lines.
+/// Floats that are zero at first. Pages of a large array that are never written take neither memory nor time. Each
+/// vector of 16 floats that begins at a multiple of 16 lies in a single cache line.
 class ZeroedFloats {
 public:
   ZeroedFloats() = default;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// Files written as bytes, block by block: neither the whole file in memory nor a call for each number.
+/// Writes binary files block by block, without the whole file in memory and without a system call per number.
 #pragma once
 
 #include <pcl/surface/mrf/exceptions.h>
@@ -19,8 +19,8 @@ namespace pcl::mrf {
 
 enum class ByteOrder { little, big };
 
-/// Replaces a file. All functions throw FileError, without the path, if it cannot be written. The machine is
-/// little-endian, as PCL's own files are.
+/// Writes a file, replacing an old one. All functions throw FileError, without the path, if it cannot be written. The
+/// machine must be little-endian, as for PCL's own files.
 class ByteWriter {
 public:
   explicit ByteWriter(const std::string& path, ByteOrder order = ByteOrder::little)
@@ -47,7 +47,7 @@ public:
     writeFullBlock();
   }
 
-  /// When all is written.
+  /// Call it after the last value.
   void close()
   {
     write();
@@ -82,8 +82,8 @@ private:
   ByteOrder order_;
 };
 
-/// Has a file written under another name in the same folder, and renamed when it is whole. \param target no link
-/// \throw what the writer does, std::filesystem::filesystem_error; nothing is left of the file then
+/// Writes a file under another name in the same folder, then renames it. \param target no link
+/// \throw what the writer throws, std::filesystem::filesystem_error; then nothing is left of the file
 template <typename Writer>
 void writeWhole(const std::filesystem::path& target, const Writer& writer)
 {

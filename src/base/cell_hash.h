@@ -17,19 +17,19 @@ public:
   static constexpr std::int64_t end = std::int64_t{1} << 21;
   static constexpr std::uint32_t none = ~std::uint32_t{0};
 
-  /// \param origin lower corner of the first cell \param side of the cells
+  /// \param origin lower corner of the first cell \param side side of the cells
   CellHash(const Eigen::Vector3d& origin, double side)
       : origin_(origin.array()), side_(side), slots_(64, none), shift_(64 - 6)
   {}
 
-  /// Far cells count as members of the first and the last ones.
+  /// The cell of a position. Positions outside of the grid belong to the nearest cell of its border.
   Cell cellOf(const Eigen::Vector3f& position) const
   {
     const Eigen::Array3d cell = ((position.cast<double>().array() - origin_) / side_).floor();
     return cell.max(0).min(static_cast<double>(end - 1)).cast<std::int64_t>();
   }
 
-  /// The same grid without any.
+  /// The same grid without cells.
   CellHash empty() const { return CellHash(origin_.matrix(), side_); }
 
   std::size_t size() const { return keys_.size(); }
@@ -40,7 +40,7 @@ public:
     return Cell(key & mask, key >> 21 & mask, key >> 42);
   }
 
-  /// \return its number
+  /// Adds a cell if it is new. \return its number
   std::uint32_t add(const Cell& cell)
   {
     std::uint32_t& number = slots_[slotOf(keyOf(cell))];
@@ -53,13 +53,13 @@ public:
     return static_cast<std::uint32_t>(keys_.size() - 1);
   }
 
-  /// \return none for a cell that was not added, and beyond the grid
+  /// \return the number of a cell; `none` if it was not added or is outside of the grid
   std::uint32_t find(const Cell& cell) const
   {
     return (cell < 0).any() || (cell >= end).any() ? none : slots_[slotOf(keyOf(cell))];
   }
 
-  /// Calls visit(cell) for a cell and those that touch it, ascending along z, then y, then x.
+  /// Calls visit(cell) for a cell and its 26 neighbors, ascending along z, then y, then x.
   template <typename Visit>
   static void forEachAround(const Cell& cell, const Visit& visit)
   {
@@ -76,7 +76,7 @@ private:
   std::size_t slotOf(std::uint64_t key) const
   {
     const std::size_t mask = slots_.size() - 1;
-    std::size_t slot = key * 0x9e3779b97f4a7c15u >> shift_; // the uppermost bits, which all coordinates have a part in
+    std::size_t slot = key * 0x9e3779b97f4a7c15u >> shift_; // all coordinates influence the uppermost bits
     while (slots_[slot] != none && keys_[slots_[slot]] != key)
       slot = (slot + 1) & mask;
     return slot;

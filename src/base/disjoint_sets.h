@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// Connected components, found by all threads at once if need be.
+/// Connected components, which several threads can join at once.
 #pragma once
 
 #include <pcl/surface/mrf/execution.h>
@@ -24,7 +24,7 @@ public:
       parents_[i].store(static_cast<std::uint32_t>(i), std::memory_order_relaxed);
   }
 
-  /// The smallest element of i's set. While sets are joined it may be outdated when it is returned.
+  /// The smallest element of i's set. While sets are joined concurrently, the result may already be outdated.
   std::uint32_t find(std::uint32_t i)
   {
     for (;;) {
@@ -32,7 +32,7 @@ public:
       if (parent == i)
         return i;
       const std::uint32_t next = parents_[parent].load(std::memory_order_relaxed);
-      // Halves the path. Losing a race does no harm: some other thread has shortened it.
+      // Halves the path. A lost race does no harm: then another thread has shortened it.
       if (next != parent)
         parents_[i].compare_exchange_weak(parent, next, std::memory_order_relaxed);
       i = next;
@@ -60,7 +60,7 @@ public:
     std::vector<std::atomic<std::uint32_t>> result(parents_.size());
     constexpr std::int64_t grain = 1 << 14;
     execution.forRange(parents_.size(), grain, [&](std::uint32_t begin, std::uint32_t end) {
-      // Neighbors in memory tend to be in one set, so that few sums meet.
+      // Consecutive elements are often in the same set, so few additions collide.
       std::uint32_t root = find(begin), number = 0;
       for (std::uint32_t i = begin; i < end; ++i) {
         const std::uint32_t own = find(i);
@@ -85,12 +85,12 @@ private:
   std::vector<std::atomic<std::uint32_t>> parents_;
 };
 
-/// A partition of elements: the set of each, numbered by their smallest elements.
+/// A partition of elements: the number of each element's set, in the order of the sets' smallest elements.
 struct Partition {
   std::vector<std::uint32_t> set;
   std::vector<std::uint32_t> sizes; ///< per set
 
-  /// \param root the same for all elements of a set, some element of it
+  /// \param root gives one element of a set, the same for all its elements
   template <typename Root>
   Partition(std::size_t count, const Root& root) : set(count)
   {
@@ -107,7 +107,7 @@ struct Partition {
     }
   }
 
-  /// Whether i is the smallest element of its set.
+  /// True on the first call for i's set: if called with ascending i, i is the smallest element of its set.
   bool isFirst(std::size_t i, std::vector<std::uint8_t>& seen) const
   {
     return std::exchange(seen[set[i]], std::uint8_t{1}) == 0;

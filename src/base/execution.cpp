@@ -12,16 +12,16 @@
 namespace pcl::mrf {
 namespace {
 
-/// A report of the whole does not mean that the stage ends.
+/// Maximum fraction of a stage from a report: a report of 1 does not mean that the stage ends.
 constexpr double largestReport = .95;
 
-/// That a thread waits for work before it sleeps.
+/// Time that a thread waits for work before it sleeps.
 constexpr std::chrono::microseconds timeAwake{50};
 
 } // namespace
 
-/// Workers wait for the loop counter to move, then claim ranges until none is left. A loop waits for those that have
-/// begun with it, and not for one that is still waking up.
+/// Workers wait until the loop counter changes, then claim ranges until none is left. A loop waits for the workers that
+/// began with it, not for workers that are still waking up.
 struct Execution::Workers {
   std::mutex mutex;
   std::condition_variable wake, done;
@@ -36,7 +36,7 @@ struct Execution::Workers {
   std::atomic<std::int64_t> next{0};
   std::exception_ptr error;
 
-  /// A thread that cannot be started (a limit of the system or of memory) is done without, and so are those after it.
+  /// If a thread cannot be started, because of a limit of the system or of memory, there are no more threads.
   explicit Workers(int number) noexcept
   {
     try {
@@ -74,7 +74,7 @@ struct Execution::Workers {
     }
   }
 
-  /// Waits a little while awake: to be woken takes as long as a short loop.
+  /// Waits awake for a short time, because to be woken takes as long as a short loop.
   template <typename Condition>
   static void stayAwakeUntil(const Condition& condition)
   {
@@ -132,7 +132,7 @@ struct Execution::Workers {
   }
 };
 
-/// How much of a run is done: what the stages report, and between their reports what the time says.
+/// The done fraction of a run: from the reports of the stages, and from the time between reports.
 class Execution::Run {
 public:
   using Clock = std::chrono::steady_clock;
@@ -149,7 +149,7 @@ public:
     while (next < stages_.size() && stages_[next].stage != name)
       ++next;
     expected_ = 0;
-    if (next == stages_.size()) // not expected: the time before it, but nothing of the others, is done
+    if (next == stages_.size()) // unexpected stage: only the stage before it is done
       done_ += isExpected_ ? stages_[at_++].seconds : 0;
     else {
       for (; at_ < next; ++at_)
@@ -159,7 +159,7 @@ public:
     isExpected_ = next < stages_.size();
     begin_ = reported_ = Clock::now();
     shown_ = 0;
-    // What was slower than expected is taken for a slow machine, the less so the less there was of it.
+    // Scales by the speed of the machine: past time over expected time. Short expected times count less, by `trust`.
     const double trust = .25 * total_;
     remaining_ = expected_ * (secondsBetween(start_, begin_) + trust) / (done_ + trust);
   }
@@ -173,7 +173,7 @@ public:
       remaining_ = secondsBetween(begin_, reported_) * (1 - std::min(fraction, largestReport)) / fraction;
   }
 
-  /// Of the run.
+  /// The fraction of the run.
   double fraction()
   {
     if (total_ > 0)
@@ -187,8 +187,8 @@ private:
     return std::chrono::duration<double>(end - begin).count();
   }
 
-  /// Fraction of the stage, by the time since its last report: steady for half of what is expected to remain, and then
-  /// ever slower, but never still.
+  /// The fraction of the stage, by the time since its last report: grows steadily for half of the expected remaining
+  /// time, then ever more slowly, but never stops.
   double inStage() const
   {
     constexpr double steady = .5;
@@ -198,11 +198,11 @@ private:
   }
 
   std::vector<ExpectedStage> stages_;
-  std::size_t at_ = 0; ///< the running stage, if it is expected, else the next one
+  std::size_t at_ = 0; ///< the running stage if it is expected, else the next expected one
   bool isExpected_ = false;
-  double total_ = 0, done_ = 0, expected_ = 0; ///< seconds: of all stages, of those before, of the running one
-  double shown_ = 0;                           ///< of the stage, when it reported last
-  double remaining_ = 0;                       ///< seconds of the stage from then on
+  double total_ = 0, done_ = 0, expected_ = 0; ///< expected seconds of all stages, of the done ones, of the running one
+  double shown_ = 0;                           ///< fraction of the stage at its last report
+  double remaining_ = 0;                       ///< expected seconds of the stage from then on
   double fraction_ = 0;
   Clock::time_point start_ = Clock::now(), begin_ = start_, reported_ = start_;
 };

@@ -35,7 +35,7 @@ InstructionSet widestInstructionSet(const std::string& limit)
   return limit == "avx2" ? std::min(widest, InstructionSet::avx2) : widest;
 }
 
-// Until this is initialized it is zero, the baseline.
+// Before its initialization it is zero, the baseline.
 InstructionSet instructionSet = ofEnvironment();
 
 } // namespace pcl::mrf

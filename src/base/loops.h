@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// Loops over indices on all threads, and chances to cancel during long ones.
+/// Loops over indices on all threads, which poll for cancellation.
 #pragma once
 
 #include <pcl/surface/mrf/execution.h>
@@ -12,12 +12,12 @@
 
 namespace pcl::mrf {
 
-/// Of a loop on one thread, whose items take some microseconds each.
+/// Items between two polls of a loop on one thread, for items of some microseconds.
 constexpr std::int64_t serialItemsPerPoll = 4096;
-/// Of a parallel loop, by each thread: some tenths of a second, so that few threads wait for others in between.
+/// Items per thread between two polls of a parallel loop: some tenths of a second, so that threads rarely wait.
 constexpr std::int64_t parallelItemsPerPoll = 131072;
 
-/// Called for each item of a serial loop, polls every now and then.
+/// Polls every serialItemsPerPoll items. Call it for each item of a serial loop.
 class Poller {
 public:
   explicit Poller(Execution& execution) : execution_(execution) {}
@@ -34,8 +34,7 @@ private:
   std::int64_t items_ = 0;
 };
 
-/// Execution::forRange, with the same ranges, in batches after each of which it polls.
-/// \throw Cancelled
+/// Execution::forRange with the same ranges, in batches; polls after each batch.
 inline void forRangePolling(Execution& execution, std::int64_t count, std::int64_t grain,
                             const std::function<void(std::int64_t begin, std::int64_t end)>& body)
 {
@@ -47,7 +46,7 @@ inline void forRangePolling(Execution& execution, std::int64_t count, std::int64
   }
 }
 
-/// The body of a range that calls body(i) for each of its indices.
+/// A body for ranges that calls body(i) for each index. \pre `body` outlives the result
 template <typename Index, typename Body>
 auto eachOf(const Body& body)
 {
@@ -57,8 +56,7 @@ auto eachOf(const Body& body)
   };
 }
 
-/// Calls body(i) for 0 ≤ i < count, concurrently, in ranges of at most `grain` indices as Execution::forRange makes
-/// them.
+/// Calls body(i) for 0 ≤ i < count concurrently, in the ranges of Execution::forRange.
 template <typename Index = std::size_t, typename Body>
 void forEach(Execution& execution, std::int64_t count, std::int64_t grain, const Body& body)
 {
@@ -72,8 +70,8 @@ void forEachPolling(Execution& execution, std::int64_t count, std::int64_t grain
   forRangePolling(execution, count, grain, eachOf<Index>(body));
 }
 
-/// Calls body(part, begin, end) for each range, which has a part of its own, polling. \return the parts, in the order
-/// of the ranges \throw Cancelled
+/// Calls body(part, begin, end) for each range, with a part of its own for each range; polls.
+/// \return the parts, in the order of the ranges \throw Cancelled
 template <typename Part, typename Index = std::size_t, typename Body>
 std::vector<Part> partsOf(Execution& execution, std::int64_t count, std::int64_t grain, const Body& body)
 {
@@ -83,7 +81,7 @@ std::vector<Part> partsOf(Execution& execution, std::int64_t count, std::int64_t
   return parts;
 }
 
-/// All values of some lists, one list after the other, whose memory goes as the result's is filled.
+/// Concatenates lists; frees the memory of each list after it is copied.
 template <typename Value>
 std::vector<Value> joined(std::vector<std::vector<Value>> lists)
 {

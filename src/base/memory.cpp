@@ -18,14 +18,14 @@ namespace {
 
 constexpr std::size_t unlimited = std::numeric_limits<std::size_t>::max();
 
-/// The number that a file holds alone; \return `otherwise` if there is no such file, or a word in it ("max")
+/// The number at the beginning of a file; \return `otherwise` if there is no such file, or a word in it ("max")
 std::size_t numberIn(const std::string& path, std::size_t otherwise)
 {
   std::size_t number = 0;
   return std::ifstream(path) >> number ? number : otherwise;
 }
 
-/// Bytes in use that the kernel cannot drop: usage as such counts cached files as well.
+/// Bytes of a group that the kernel cannot drop; the group's usage would include cached files.
 std::size_t residentIn(const std::string& statistics, const std::string& name)
 {
   std::ifstream file(statistics);
@@ -36,28 +36,28 @@ std::size_t residentIn(const std::string& statistics, const std::string& name)
   return 0;
 }
 
-/// What is left of a limit.
+/// The rest of a limit.
 std::size_t left(std::size_t limit, std::size_t used)
 {
   return limit == unlimited ? unlimited : limit - std::min(limit, used);
 }
 
-/// Of the addresses that the process may have (ulimit -v).
+/// The rest of the process's limit of addresses (ulimit -v).
 std::size_t leftOfAddresses()
 {
   rlimit limit{};
   if (getrlimit(RLIMIT_AS, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY)
     return unlimited;
-  const std::size_t pages = numberIn("/proc/self/statm", 0); // the first number is the size of all
+  const std::size_t pages = numberIn("/proc/self/statm", 0); // the first number is the total size
   return left(limit.rlim_cur, pages * static_cast<std::size_t>(sysconf(_SC_PAGE_SIZE)));
 }
 
-/// Of the memory that the process's control group may have, or one that it is part of: a container, a batch job.
+/// The smallest rest of the memory limits of the process's control group and its parents: a container, a batch job.
 std::size_t leftOfGroups()
 {
   const std::string root = "/sys/fs/cgroup";
   std::size_t min = unlimited;
-  std::ifstream groups("/proc/self/cgroup"); // lines "number:controllers:path", version 2 without controllers
+  std::ifstream groups("/proc/self/cgroup"); // lines "number:controllers:path"; without controllers in version 2
   for (std::string line; std::getline(groups, line);) {
     const std::size_t first = line.find(':'), second = line.find(':', first + 1);
     if (second == std::string::npos)
@@ -66,7 +66,7 @@ std::size_t leftOfGroups()
     const bool isSecond = controllers.empty();
     if (!isSecond && controllers != "memory")
       continue;
-    // In a container the path may be that of the host, and what is mounted at the root the group itself.
+    // In a container the path may be the host's, while the group itself is mounted at the root: try all parent paths.
     for (std::string path = line.substr(second + 1);; path.erase(path.find_last_of('/'))) {
       const std::string folder = root + (isSecond ? "" : "/memory") + path + "/memory.";
       min = std::min(min, left(numberIn(folder + (isSecond ? "max" : "limit_in_bytes"), unlimited),

@@ -8,9 +8,10 @@
 
 namespace pcl::mrf {
 
-/// What a module shows under a name: the one beside the library, or the program it is a part of, else one where the
-/// system looks for libraries. It stays loaded. \param name a constant of the library \param visibility RTLD_LOCAL, or
-/// RTLD_GLOBAL if what it loads looks for its names \return null if there is none, and dlerror() tells why
+/// The address of a symbol of a module. The module is looked for beside the library, or beside the program that
+/// contains it, then where the system looks for libraries; it stays loaded.
+/// \param name a string constant of the library \param visibility RTLD_LOCAL, or RTLD_GLOBAL if libraries that the
+/// module loads need its symbols \return null on failure; dlerror() tells why
 inline void* shownByModule(const std::string& file, const char* name, int visibility = RTLD_LOCAL)
 {
   void* module = nullptr;

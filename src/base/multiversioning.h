@@ -1,30 +1,30 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// The hot loops for several instruction sets, and which of them is used.
+/// Hot loops compiled for several instruction sets, and the choice between them.
 #pragma once
 
 #include <string>
 
-/// Other processors and compilers, and builds with sanitizers, have the plain loops only.
+/// Other processors and compilers, and builds with sanitizers, compile the plain loops only.
 #if !defined(MRF_NO_MULTIVERSIONING) && defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
 #define MRF_HAS_MULTIVERSIONING
 #endif
 
 namespace pcl::mrf {
 
-/// Those that the loops are compiled for, each with all of the ones before it.
+/// The instruction sets that the loops are compiled for; each includes the ones before it.
 enum class InstructionSet { baseline, avx2, avx512 };
 
-/// The widest instruction set that this build and this processor have, up to the one that is named: "baseline", "avx2",
-/// "avx512"; any other word: without a limit.
+/// The widest instruction set that this build and this processor support, limited to the named one: "baseline", "avx2",
+/// "avx512"; any other word is no limit.
 InstructionSet widestInstructionSet(const std::string& limit);
 
-/// What the loops use: when the library is loaded the widest, up to what the environment variable MRF_SIMD names. The
-/// results are the same bytes with each. Only tests, which compare them, set it.
+/// The instruction set of the loops: when the library is loaded, the widest one within the limit of the environment
+/// variable MRF_SIMD. The results are the same bytes with each set. Only tests change it, to compare the results.
 extern InstructionSet instructionSet;
 
 } // namespace pcl::mrf
 
-/// For the bodies that the versions of a function share; the second one for lambdas.
+/// For the function bodies that all versions share; the second macro is for lambdas.
 #if defined(__GNUC__)
 #define MRF_ALWAYS_INLINED __attribute__((always_inline))
 #else
@@ -32,7 +32,7 @@ extern InstructionSet instructionSet;
 #endif
 #define MRF_ALWAYS_INLINE inline MRF_ALWAYS_INLINED
 
-/// Defines a function that runs the version for the instruction set in use; its body follows:
+/// Defines a function that runs the version for the current instruction set; its body follows:
 ///   MRF_MULTIVERSION(void, scale, (int count, float a, float* x), (count, a, x))
 ///   {
 ///     ...

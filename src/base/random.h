@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// Random numbers that are looked up instead of drawn one after the other.
+/// Random numbers by index, independent of the order in which they are drawn.
 #pragma once
 
 #include <array>
@@ -9,27 +9,27 @@
 
 namespace pcl::mrf {
 
-/// One index in so many, scattered: Knuth's multiplicative hash, 0..65535.
+/// A hash of an index, 0..65535, to pick every n-th index at random: Knuth's multiplicative hash.
 inline std::uint32_t indexHash(std::size_t index)
 {
   return static_cast<std::uint32_t>(index) * 2654435761u >> 16;
 }
 
-/// Standard normal numbers, independent of each other, by what they belong to: who asks, when, and on which thread does
-/// not matter. SplitMix64 (Steele, Lea, Flood 2014) as a hash, Box and Muller's transformation behind it.
+/// Independent standard normal numbers, each a function of seed, draw, kind and index only. SplitMix64 (Steele, Lea,
+/// Flood 2014) is the hash, followed by Box and Muller's transformation.
 class NormalDraws {
 public:
-  /// What the indices count; each has numbers of its own.
+  /// The objects that the indices count; each kind has its own numbers.
   enum class Kind : std::uint64_t { samples, voxels, edges };
 
-  /// \param seed, draw whatever they are, another pair is another set of numbers
+  /// \param seed, draw any values; each pair gives another set of numbers
   NormalDraws(std::uint64_t seed, std::uint64_t draw) : key_(mixed(mixed(seed + step) + draw + step)) {}
 
-  /// Two of them.
+  /// Two numbers.
   std::array<float, 2> pair(Kind kind, std::uint64_t index) const
   {
     const std::uint64_t bits = mixed(mixed(key_ + static_cast<std::uint64_t>(kind) + 1) + step * (index + 1));
-    constexpr double unit = 0x1p-32, half = 0x1p-33; // never 0, whose logarithm is none
+    constexpr double unit = 0x1p-32, half = 0x1p-33; // keeps the logarithm's argument above 0
     const double radius = std::sqrt(-2 * std::log(static_cast<double>(bits >> 32) * unit + half)),
                  angle = 2 * M_PI * unit * static_cast<double>(bits & 0xffffffffu);
     return {static_cast<float>(radius * std::cos(angle)), static_cast<float>(radius * std::sin(angle))};

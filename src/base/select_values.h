@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// Arrays: some of their entries, the one in the middle.
+/// Selects entries of arrays, medians and quantiles.
 #pragma once
 
 #include "base/loops.h"
@@ -12,7 +12,7 @@
 
 namespace pcl::mrf {
 
-/// The flagged values, in their order; nothing of an empty array. \pre as many flags as values, unless there are none
+/// The flagged values, in their order; empty for an empty array. \pre as many flags as values, unless there are none
 template <typename Value>
 std::vector<Value> selectValues(const std::vector<Value>& values, const std::vector<std::uint8_t>& keep)
 {
@@ -26,8 +26,7 @@ std::vector<Value> selectValues(const std::vector<Value>& values, const std::vec
   return kept;
 }
 
-/// The values with these indices, in that order; nothing of an empty array. \pre indices of values, unless there are
-/// none
+/// The values with these indices, in that order; empty for an empty array. \pre indices of values, if there are any
 template <typename Value, typename Index>
 std::vector<Value> selectValues(const std::vector<Value>& values, const std::vector<Index>& indices)
 {
@@ -40,7 +39,7 @@ std::vector<Value> selectValues(const std::vector<Value>& values, const std::vec
   return selected;
 }
 
-/// The value that `rank` others come before. \pre there are more
+/// The value of a rank in ascending order. \pre rank < values.size()
 template <typename Value>
 Value valueAt(std::vector<Value> values, std::size_t rank)
 {
@@ -56,7 +55,7 @@ Value median(std::vector<Value> values)
   return valueAt(std::move(values), rank);
 }
 
-/// \param share of the others that come before, 0..1, rounded down. \pre not empty
+/// The value of the rank share · (size − 1), rounded down. \param share 0..1 \pre not empty
 template <typename Value>
 Value quantile(std::vector<Value> values, double share)
 {
@@ -64,10 +63,10 @@ Value quantile(std::vector<Value> values, double share)
   return valueAt(std::move(values), rank);
 }
 
-/// Standard deviations of a Gaussian in the median of its absolute value.
+/// The standard deviation of a Gaussian over the median of its absolute value.
 constexpr double deviationPerMedian = 1.4826;
 
-/// Clears flags by a criterion. \return how many it cleared
+/// Clears the set flags whose index is rejected. \return how many it cleared
 template <typename Rejects>
 std::int64_t dropWhere(std::vector<std::uint8_t>& keep, const Rejects& rejects, Execution& execution)
 {

@@ -14,7 +14,7 @@ namespace {
 constexpr int digitBits = 11;
 constexpr std::size_t digits = std::size_t{1} << digitBits;
 
-/// Keys per piece of parallel work: enough that its histogram costs little beside it.
+/// Keys per piece of parallel work: enough to make the cost of its histogram small.
 constexpr std::size_t sortGrain = 1 << 16;
 
 constexpr int axisBits = 21;
@@ -31,7 +31,7 @@ void sortTies(const SortKeys& keys, const std::vector<Eigen::Vector3f>& position
     return a < b;
   };
   execution.forRange(keys.size(), sortGrain, [&](std::int64_t from, std::int64_t to) {
-    // Runs belong to the piece of work that they begin in.
+    // A run belongs to the piece of work in which it begins.
     for (auto begin = static_cast<std::size_t>(from); begin < static_cast<std::size_t>(to);) {
       const bool isBeginning = begin == 0 || keys[begin - 1] != keys[begin];
       const std::size_t limit = isBeginning ? keys.size() : static_cast<std::size_t>(to);
@@ -45,8 +45,8 @@ void sortTies(const SortKeys& keys, const std::vector<Eigen::Vector3f>& position
   });
 }
 
-/// Sorts keys by the bits from lowestBit on. Along with each key move(from, to) moves what belongs to it into a second
-/// array, and swap() makes that the first.
+/// Sorts keys by the bits from lowestBit on. For each key, move(from, to) copies the key's value to a second array;
+/// swap() exchanges the two arrays.
 template <typename Keys, typename Move, typename Swap>
 void radixSort(Keys& keys, int lowestBit, const Move& move, const Swap& swap, Execution& execution)
 {
@@ -119,7 +119,7 @@ std::vector<std::uint32_t> spatialOrder(const std::vector<Eigen::Vector3f>& posi
   if (order.empty())
     return order;
 
-  // In double, because the extent of finite floats need not be one.
+  // In double, because the extent of finite floats may overflow a float.
   const Eigen::Array3d origin = lower.cast<double>();
   const double extent = (upper.cast<double>() - origin).maxCoeff();
   const double scale = extent > 0 ? ((1 << axisBits) - 1) / extent : 0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// Sorting positions so that neighbors in space are neighbors in memory.
+/// Sorts positions so that neighbors in space are neighbors in memory.
 #pragma once
 
 #include "base/arrays.h"
@@ -13,7 +13,7 @@
 
 namespace pcl::mrf {
 
-/// Every third bit: the lowest 21 bits of the argument, two zeros between each.
+/// Spreads the lowest 21 bits of a number, with two zeros between each.
 constexpr std::uint64_t spreadBits(std::uint64_t value)
 {
   value &= 0x1fffff;
@@ -33,15 +33,15 @@ constexpr std::uint64_t mortonCode(std::uint32_t x, std::uint32_t y, std::uint32
 
 using SortKeys = std::vector<std::uint64_t, UninitializedAllocator<std::uint64_t>>;
 
-/// Sorts the keys and, with them, the values; equal keys keep their order. In parallel, radix by radix.
+/// Sorts the keys and, with them, the values, by a parallel radix sort; equal keys keep their order.
 void sortByKey(SortKeys& keys, std::vector<std::uint32_t>& values, Execution& execution);
 
-/// Sorts by the upper 32 bits; equals keep their order.
+/// Sorts by the upper 32 bits; values with equal upper bits keep their order.
 void sortByUpperHalf(std::vector<std::uint64_t>& values, Execution& execution);
 
-/// Indices of the flagged positions along a Morton curve; positions in the same cell of 2⁻²¹ of the bounding box by
-/// their coordinates, equal positions by index: the order of the positions does not depend on how they were given. \pre
-/// the flagged positions are finite; keep.size() == positions.size()
+/// Indices of the flagged positions along a Morton curve. Positions in the same cell (2⁻²¹ of the bounding box) are
+/// ordered by coordinates, equal positions by index, so that the order of the input does not matter.
+/// \pre the flagged positions are finite; keep.size() == positions.size()
 std::vector<std::uint32_t> spatialOrder(const std::vector<Eigen::Vector3f>& positions,
                                         const std::vector<std::uint8_t>& keep, Execution& execution);
 

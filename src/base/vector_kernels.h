@@ -8,7 +8,7 @@
 
 namespace pcl::mrf {
 
-/// Values per partial sum; fewer are added before another thread is awake.
+/// Values per partial sum; a smaller sum is done before another thread is awake.
 constexpr std::int64_t sumGrain = 1 << 18;
 
 namespace kernels {

@@ -15,13 +15,13 @@
 namespace pcl::mrf {
 namespace {
 
-/// What is traced along a field may leave its lattice by a little.
+/// Voxels around the lattice of a piece that count as its own: a position traced along the field may leave it a little.
 constexpr double voxelsAroundPiece = 4;
 
 /// The cell around a position and the weights of its 8 voxels.
 struct Cell {
-  Eigen::Array3i voxel; ///< the lowest one
-  float u, v, w;
+  Eigen::Array3i voxel; ///< the lowest of the 8
+  float u, v, w;        ///< place of the position in the cell along x, y and z, 0 to 1
 
   Cell(const Lattice& lattice, const Eigen::Vector3f& position)
   {
@@ -31,7 +31,7 @@ struct Cell {
     place(x.z(), lattice.size.z, voxel.z(), w);
   }
 
-  /// Beyond the lattice the values of its border count. NaN, for which all comparisons are false, becomes 0.
+  /// A coordinate outside the lattice is moved to its border. NaN, for which all comparisons are false, becomes 0.
   static void place(double coordinate, int size, int& index, float& fraction)
   {
     const double clamped = std::min(std::max(0.0, coordinate), static_cast<double>(size - 1));
@@ -49,14 +49,14 @@ struct Cell {
   }
 };
 
-/// What central differences at the voxels of a cell read.
+/// The values that central differences at the voxels of a cell read: a box of up to 4 × 4 × 4 voxels.
 class CellSurroundings {
 public:
   CellSurroundings(const GridSize& size, const Eigen::Array3i& cell)
       : cell_(cell), lower_((cell - 1).max(0)), upper_((cell + 3).min(Eigen::Array3i(size.x, size.y, size.z)))
   {}
 
-  /// Calls read(x, y, z, count, out) for the rows; those at the edges of the box are not needed.
+  /// Calls read(x, y, z, count, out) for each row that the differences need: not for the four at the edges of the box.
   template <typename Read>
   void readRows(const Read& read)
   {
@@ -67,8 +67,8 @@ public:
           read(lower_.x(), j, k, upper_.x() - lower_.x(), &at({lower_.x(), j, k}));
   }
 
-  /// Gradient and distance at a voxel. One-sided at the lattice's border: the divisor is the number of voxel sides
-  /// between the two values.
+  /// Gradient and distance at a voxel. Differences are one-sided at the lattice's border: the divisor is the number of
+  /// voxel sides between the two values.
   Eigen::Array4f sample(const Eigen::Array3i& voxel, float inverseSpacing)
   {
     const Eigen::Array3i below = (voxel - 1).max(lower_), above = (voxel + 1).min(upper_ - 1);
@@ -90,7 +90,7 @@ private:
     return values_[offset.x() + side * (offset.y() + side * offset.z())];
   }
 
-  Eigen::Array3i cell_, lower_, upper_; ///< lower_ up to, and without, upper_
+  Eigen::Array3i cell_, lower_, upper_; ///< the box is [lower_, upper_)
   std::array<float, side * side * side> values_;
 };
 
@@ -115,12 +115,12 @@ DistanceField::DistanceField(const Lattice& lattice, std::shared_ptr<const Bande
     throw std::invalid_argument("DistanceField: needs one value of each kind per voxel of the band, and a background");
 }
 
-/// Boxes of pieces by their lower ends along x, so that the one around a position is found without asking all.
+/// The other pieces, and boxes around them sorted by their lower ends along x: not all have to be asked for a position.
 struct DistanceField::OtherPieces {
   struct Box {
     Eigen::AlignedBox3d box;
     std::size_t field;
-    double farthest; ///< along x, of the boxes so far
+    double farthest; ///< largest upper end along x of this box and of all before it
   };
   std::vector<DistanceField> fields;
   std::vector<Box> boxes;
@@ -297,7 +297,7 @@ void DistanceField::distancesOfRow(int i, int j, int k, int count, float* out) c
   const VoxelSet& band = banded_->band;
   const int y = j + gridMargin, z = k + gridMargin;
   const std::int64_t first = band.findInRow(band.windowIndex(i + gridMargin, y), count, y, z);
-  constexpr int mostly = 4; // a fixed number: no call to copy a vector's worth
+  constexpr int mostly = 4; // the usual count: copying a constant number of values needs no call
   if (first >= 0 && count == mostly)
     std::copy_n(banded_->values.data() + first, mostly, out);
   else if (first >= 0)

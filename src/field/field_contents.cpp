@@ -17,7 +17,7 @@ struct Range {
   bool has(int index) const { return index >= first && index <= last; }
 };
 
-/// Those that are read within a box: cells around positions, and a voxel more for differences.
+/// The voxels that are read for positions in a box: those of their cells, and one voxel more for differences.
 Range rangeOf(const Lattice& lattice, const Eigen::AlignedBox3d& box, int axis)
 {
   constexpr double readAround = 2;
@@ -27,7 +27,7 @@ Range rangeOf(const Lattice& lattice, const Eigen::AlignedBox3d& box, int axis)
   return {voxel(std::floor(first) - readAround), voxel(std::ceil(last) + readAround)};
 }
 
-/// The voxels of a band in some rows of some planes.
+/// The voxels of a band in the given rows of the given planes.
 VoxelSet rowsOf(const VoxelSet& band, const Range& rows, const Range& planes, Execution& execution)
 {
   return VoxelSet(

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// What a distance field is made of: in a band, and around a part of it, to be sent elsewhere.
+/// The storage of a distance field in a band, and the part of a field around a box, to be sent to another process.
 #pragma once
 
 #include "field/voxel_set.h"
@@ -13,7 +13,7 @@
 
 namespace pcl::mrf {
 
-/// What a DistanceField in a band holds.
+/// The storage of a DistanceField in a band.
 struct BandedDistances {
   VoxelSet band;                  ///< on the bands' grid, gridMargin voxels around the lattice
   PackedValues values;            ///< packed on the band
@@ -21,20 +21,20 @@ struct BandedDistances {
   DistanceField background;       ///< on a coarser lattice that covers the field's
 };
 
-/// One piece of a field. Dense values are whole, and bands have the voxels of some rows and planes.
+/// The part of one piece of a field around a box: all values of a dense field, and some rows and planes of a band.
 struct FieldContents {
   Lattice lattice; ///< as it is stored
   AxisOrder axes;
   std::vector<float> distances; ///< of a dense field
   VoxelSet band;
   PackedValues values;                   ///< packed on the band
-  std::vector<FieldContents> background; ///< one of a field in a band
+  std::vector<FieldContents> background; ///< one entry for a field in a band, none for a dense one
 
-  /// Those of all pieces. \param box of the recentered frame, around which they are bit by bit what they are
+  /// The parts of all pieces. \param box in the recentered frame, in which toField() reads bit by bit the same
   static std::vector<FieldContents> of(const DistanceField& field, const Eigen::AlignedBox3d& box,
                                        Execution& execution);
 
-  /// A field that reads the same in the box, without confidences.
+  /// A field that reads the same as the original in the box. It has no confidences.
   static DistanceField toField(std::vector<FieldContents> pieces);
 
 private:

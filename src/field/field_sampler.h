@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// Reads of a distance field at positions that are close to each other, and the distance from its zero level to first
-/// order, d / |∇d|.
+/// Reading a distance field at positions that are close to each other, and limits of the slope |∇d| for the first-order
+/// distance d / |∇d| from its zero level.
 #pragma once
 
 #include <pcl/surface/mrf/distance_field.h>
@@ -12,35 +12,35 @@
 
 namespace pcl::mrf {
 
-/// Distances and gradients as the field itself gives them, bit by bit. It keeps what it has read for the cell of the
-/// last position, which two in three positions on the way to the zero level share. For one thread.
+/// Gives the same distances and gradients as the field itself, bit by bit. It keeps the values of the last position's
+/// cell: on the way to the zero level two in three positions are in the same cell as the one before. For one thread.
 class FieldSampler {
 public:
   explicit FieldSampler(const DistanceField& field) : field_(field) {}
 
   float sampleDistance(const Eigen::Vector3f& position, Eigen::Vector3f& gradient);
 
-  /// Voxel side where that was read, cloud's unit. \pre something was
+  /// Voxel side of the storage that the last position was read from, cloud's unit. \pre sampleDistance() was called
   float spacing() const;
 
 private:
   void enter(const DistanceField& band, const Eigen::Array3i& cell);
 
   const DistanceField& field_;
-  const DistanceField* band_ = nullptr; ///< that holds the last position, or a dense field
+  const DistanceField* band_ = nullptr; ///< the band, or the dense field, that the last position was read from
   Eigen::Array3i cell_ = Eigen::Array3i::Zero();
   std::array<Eigen::Array4f, 8> corners_; ///< gradient and distance at the cell's voxels, stored x first
 };
 
-/// What |∇d| is taken for at least and at most. It is 1 but for noise and creases: where noise has flattened the field
-/// its values are small, where the field follows the noise its slope is large, and neither may pass for a small
+/// The range that |∇d| is clamped to before d is divided by it. |∇d| is 1 but for noise and creases: noise that
+/// flattens the field makes d small, and a field that follows the noise has a large |∇d|. Neither may pass for a small
 /// distance.
 struct SlopeLimits {
   float min, max;
 };
 
 constexpr SlopeLimits heldOutSlope{.1f, 1}; ///< at points that the field has not seen
-constexpr SlopeLimits robustSlope{.3f, 1};  ///< where most points are outliers, perhaps
+constexpr SlopeLimits robustSlope{.3f, 1};  ///< where most points may be outliers
 constexpr SlopeLimits vertexSlope{.3f, 1.5f};
 
 inline float slopeWithin(const SlopeLimits& limits, const Eigen::Vector3f& gradient)

@@ -81,7 +81,7 @@ void prepare(std::vector<float>& values, std::size_t count)
     values.resize(count, 0);
 }
 
-/// Adds weighted planes of a band to a window for the lifetime of the object.
+/// Adds weighted planes of a band to a window, and clears the window in the destructor.
 class CombinedPlanes {
 public:
   CombinedPlanes(const PackedField& field, std::vector<float>& window) : band_(field.voxels), values_(field.values)
@@ -186,7 +186,7 @@ void restrictPlane(const PackedField& fine, const Refinement& refinement, float 
   for (int y = 0; y < coarse.size().y; ++y) {
     const int firstY = refinement.firstChild(y, 1);
     for (const Run& run : coarse.row(y, z)) {
-      // Fine voxels −2 .. 2 count + 1 around the run's children, clipped to what a window holds.
+      // The children of the run's voxels and one fine voxel on either side, clipped to what a window holds.
       const int x = refinement.firstChild(coarse.xOf(run, y), 0);
       const int begin = std::max(x - 1, -2), end = std::min(x + 2 * run.count + 1, fine.voxels.size().x + 2);
       float* const row = scratch.rows.data();

@@ -10,8 +10,8 @@
 
 namespace pcl::mrf {
 
-/// Voxels around a level's lattice that its bands have beside it: sheets run into the border, and their stencils and
-/// interpolation reach over it.
+/// Voxels that the grid of a level's bands has around the level's lattice: where a sheet runs into the border, stencils
+/// and interpolation reach beyond it.
 constexpr int gridMargin = 4;
 
 /// The size of the bands' grid around a lattice.
@@ -20,10 +20,10 @@ inline GridSize withMargin(const GridSize& size)
   return {size.x + 2 * gridMargin, size.y + 2 * gridMargin, size.z + 2 * gridMargin};
 }
 
-/// How the voxels of a level lie in those of the coarser one, in the indices of their bands' grids.
+/// Which voxels of a level lie in which voxel of the next coarser level, in the indices of their bands' grids.
 struct Refinement {
-  Eigen::Array3i parity = Eigen::Array3i::Zero(); ///< 1 where voxel 0 is the second child of its parent
-  int children = 8;                               ///< of a voxel: 2 along each axis, but for axes of one voxel
+  Eigen::Array3i parity = Eigen::Array3i::Zero(); ///< per axis: 1 if voxel 0 is the second child of its parent
+  int children = 8;                               ///< per voxel: 2 along each axis of more than one voxel
 
   Refinement() = default;
   Refinement(const Lattice& coarse, const Lattice& fine);
@@ -33,7 +33,7 @@ struct Refinement {
   int firstChild(int coarse, int axis) const { return 2 * coarse - gridMargin - parity[axis]; }
 };
 
-/// A window and scratch rows of one thread, zero between uses.
+/// A window and scratch rows of one thread. The window is zero between uses.
 struct TransferScratch {
   std::vector<float> window, rows;
 };
@@ -44,8 +44,8 @@ struct PackedField {
   const float* values;
 };
 
-/// interpolateCubic from band to band. Values missing in the coarse band count as zero: the caller sees to it that none
-/// is needed.
+/// interpolateCubic from band to band. Values that the coarse band does not have count as zero: the caller makes sure
+/// that none of them is needed.
 class CubicInterpolation {
 public:
   CubicInterpolation(const PackedField& coarse, const Refinement& refinement) : coarse_(coarse), refinement_(refinement)

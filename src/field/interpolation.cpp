@@ -9,7 +9,7 @@ namespace {
 
 constexpr std::int64_t grainValues = 1 << 14;
 
-/// Interpolates along one axis: every value is a weighted sum of four of the same line.
+/// Interpolates along one axis: every value is a weighted sum of four values on the same line.
 std::vector<float> alongAxis(int axis, const std::array<float, 4>& weights, const std::vector<float>& values,
                              const Lattice& coarse, const Lattice& fine, const Eigen::Array3i& from,
                              Execution& execution)
@@ -25,7 +25,7 @@ std::vector<float> alongAxis(int axis, const std::array<float, 4>& weights, cons
     for (int tap = 0; tap < 4; ++tap)
       taps[i][tap] = std::clamp(parent + side * (tap - 1), 0, from[axis] - 1);
   }
-  // Lines along the axis that lie side by side in memory are gone over together.
+  // Lines along the axis that lie side by side in memory are interpolated together.
   const std::int64_t groups = static_cast<std::int64_t>(result.size()) / (step * to[axis]);
   execution.forRange(groups * to[axis], std::max<std::int64_t>(grainValues / step, 1),
                      [&](std::int64_t begin, std::int64_t end) {
@@ -43,7 +43,7 @@ std::vector<float> alongAxis(int axis, const std::array<float, 4>& weights, cons
   return result;
 }
 
-/// The tensor product of these weights.
+/// Interpolates along all three axes by the same weights.
 std::vector<float> interpolate(const std::array<float, 4>& weights, const std::vector<float>& values,
                                const Lattice& coarse, const Lattice& fine, Execution& execution)
 {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// The priors (paper Sec. 3.3.1) as powers of the graph Laplacian on a voxel lattice, and what the
-/// solver takes for each.
+/// The priors (paper Sec. 3.3.1) as powers of the graph Laplacian on a voxel lattice, and the constants that the solver
+/// uses for each.
 #pragma once
 
 #include <pcl/surface/mrf/options.h>
@@ -34,21 +34,21 @@ inline double smoothingLength(const PriorOptions& options, double voxelSize)
   return voxelSize * std::pow(coefficient * beta / (1 - beta), -.5 / power);
 }
 
-/// All that a prior of another order needs beside the order k itself: its operator is L^k.
+/// Constants of the solver for a prior of order k, whose operator is L^k.
 struct PriorConstants {
   int order;
   int degree; ///< of the smoother before and after the coarse correction
-  /// Where nothing is observed, a correction in a band of longer waves than 2π over this many voxels spreads like a
-  /// membrane: a band that is held at one end only would swing under L^k, which continues slopes and curvatures.
+  /// Wave number, radians per voxel side: longer waves of a correction in a band spread like a membrane where nothing
+  /// is observed. L^k continues slopes and curvatures, so that a band that is held at one end only would swing.
   double tautness;
-  /// Share of the coarse correction that is taken, with observations at points and at voxels: the rediscretized L³
-  /// overcorrects.
+  /// Share of the coarse correction that is taken, where points and where voxels are observed: L³ discretized anew on a
+  /// coarse grid overcorrects.
   double pointDamping, voxelDamping;
-  double coarseShare; ///< of the weights of points, from grid to coarser grid, beside the 4^k/8 of the scale
+  double coarseShare; ///< factor on the weights of points from a grid to the next coarser one, besides 4^k/8 for scale
 };
 
-/// Measured, see src/method.md. \param isWhole on whole levels, which are iterated on; bands get a few steps, and what
-/// fills holes in these depends on the constants
+/// Measured, see src/method.md. \param isWhole for whole levels, which are iterated until they converge; bands take a
+/// few steps only, so that the filling of holes there depends on the constants
 inline PriorConstants priorConstants(Prior prior, bool isWhole)
 {
   if (prior == Prior::membrane)

@@ -16,17 +16,17 @@
 namespace pcl::mrf {
 namespace {
 
-/// Runs are lengthened to multiples of this many voxels, which one vector holds. (Half of it saves 3 % of the memory
-/// and no time, and leaves two in three scans' holes 1 to 6 % worse.)
+/// Runs are lengthened to multiples of this many voxels, which one vector holds. (Half as many save 3 % of the memory
+/// and no time, and make the holes of two in three scans 1 to 6 % worse.)
 constexpr int runUnit = 8;
 
-/// Of the numbers that rows and runs have.
+/// Max number of rows, and of runs: both have 32-bit indices.
 constexpr std::uint32_t maxNumbers = std::numeric_limits<std::uint32_t>::max();
 
 /// Planes per piece of parallel work.
 constexpr int grainPlanes = 8;
 
-/// The same where each piece begins with windows or planes of its neighbors.
+/// Planes per piece of work that has to read planes of the neighboring pieces first.
 constexpr int windowPlanes = 32;
 
 /// Calls body(begin, end) for the maximal ranges of set bits.
@@ -50,8 +50,8 @@ void forEachRange(const std::uint64_t* words, int count, const Body& body)
   }
 }
 
-/// Calls grow(shift) so often that the mask grows by `steps` to both sides. A voxel at the border that has grown by n
-/// is a range of n + 1: it has no gap if it is united with itself shifted by up to that much.
+/// Calls grow(shift), which unites a mask with itself shifted, until it has grown by `steps` to both sides. A voxel at
+/// the border that has grown by n is a range of n + 1 voxels, so that a shift of n + 1 leaves no gap.
 template <typename Grow>
 void growInStrides(int steps, const Grow& grow)
 {
@@ -181,19 +181,19 @@ VoxelSet VoxelSet::inPieces(GridSize size, const std::function<Fill()>& makeFill
   return band;
 }
 
-/// Adds the runs of a row. \param values that those before it hold \return the same with its own
+/// Adds the runs of a row. \param values the number of voxels in the plane's rows before it \return the same with it
 std::int64_t VoxelSet::addRow(const MaskPlane& mask, int y, int roundUpTo, std::int64_t values,
                               std::vector<Run>& runs) const
 {
   const std::size_t before = runs.size();
-  int done = 0; // voxels of this row that are in a run already: up to here
+  int done = 0; // the voxels of this row before it are in a run already
   forEachRange(mask.row(y), mask.words(), [&](int from, int to) {
     if (to <= done)
       return;
     const bool joins = runs.size() > before && from <= done;
     from = joins ? done : from;
     if (roundUpTo > 0) {
-      const int first = joins ? runs.back().count + from - done : 0; // of a run that goes on
+      const int first = joins ? runs.back().count + from - done : 0; // voxels of the run that is continued
       const int rest = (first + to - from) % runUnit;
       if (rest != 0)
         to = std::max(to, std::min(to + runUnit - rest, roundUpTo));
@@ -308,7 +308,7 @@ PackedValues degrees(const VoxelSet& band, Execution& execution)
 {
   PackedValues result(static_cast<std::size_t>(band.count()));
   execution.forRange(band.size().z, windowPlanes, [&](std::int64_t begin, std::int64_t end) {
-    // Windows of ones, by z modulo 3.
+    // Windows of planes by z modulo 3; they are 1 at the voxels of the band.
     std::array<std::vector<float>, 3> windows;
     windows.fill(std::vector<float>(band.windowCount(), 0));
     const auto window = [&](int z) { return windows[(z + 3) % 3].data(); };
@@ -384,8 +384,8 @@ VoxelSet connectedTo(VoxelSet band, const VoxelSet& other, Execution& execution)
 namespace kernels {
 namespace {
 
-/// Calls body(window index, packed index) for the voxels of a run from the i-th on, in whole vectors. \return the next
-/// i
+/// Calls body(window index, packed index) for the voxels of a run from the i-th on, in whole vectors of `unit` voxels.
+/// \return index of the first voxel that is left
 template <int unit, typename Body>
 MRF_ALWAYS_INLINE std::int64_t forVectors(const Run& run, std::int64_t i, const Body& body)
 {
@@ -414,7 +414,7 @@ MRF_ALWAYS_INLINE float sumOfNeighbors(std::int64_t i, const Planes& p)
   return (center[i - 1] + center[i + 1]) + (center[i - p.stride] + center[i + p.stride]) + (p.below[i] + p.above[i]);
 }
 
-/// \param z, x those of the step; the compiler is to know that they are apart
+/// \param z, x step.z and step.x, as restricted pointers, so that the compiler knows that they do not overlap
 MRF_ALWAYS_INLINE void advance(const ChebyshevStep& step, float* __restrict z, float* __restrict x, std::int64_t i,
                                std::int64_t v, float product)
 {
@@ -510,7 +510,7 @@ MRF_MULTIVERSION(void, stepChebyshevWithLaplacian,
                  (runs, step, product, degrees, planes, tension, tense))
 {
   float* const __restrict z = step.z, * const __restrict x = step.x;
-  // Called for the few voxels at the end of a run, these would be of the baseline.
+  // Not inlined, as happens for the few voxels at the end of a run, these would be compiled for the baseline.
   const auto whole = [=](std::int64_t i, std::int64_t v) MRF_ALWAYS_INLINED {
     return product[i] + (degrees[v] * planes.center[i] - sumOfNeighbors(i, planes));
   };

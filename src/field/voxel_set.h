@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// Sparse sets of voxels around a surface: runs of voxels along x, stored by rows and planes.
 ///
-/// A grid's level in a band keeps one value per voxel of its runs, plane after plane, in plain arrays ("packed"). The
-/// stencils work on windows: dense planes, zero outside the runs, of which only the few that a sweep has in flight
-/// exist. A Laplacian then needs no neighbor table, and memory grows with the surface.
+/// A field in a band has one value per voxel of the runs, plane after plane, in a plain array ("packed"). Stencils work
+/// on windows: dense planes that are zero outside the runs. Only the few windows that a sweep works on exist at a time.
+/// So a Laplacian needs no neighbor table, and memory grows with the surface.
 #pragma once
 
 #include "base/arrays.h"
@@ -19,11 +19,11 @@
 
 namespace pcl::mrf {
 
-/// Voxels of the widest vectors, which fill a cache line: a window's row has a whole number of them.
+/// Voxels of the widest vectors, which fill a cache line. A row of a window is a whole number of vectors.
 constexpr int vectorUnit = 16;
 
-/// Voxels before the rows of windows. With the margin of a level's grid around it the rows of a whole level begin with
-/// a vector.
+/// Voxels before voxel 0 in each row of a window. With gridMargin they make a vector, so that the rows of a whole level
+/// begin with a vector.
 constexpr int windowMargin = 12;
 
 /// Voxels from row to row of the windows of a grid.
@@ -64,9 +64,9 @@ public:
   }
   void growAlongX(int steps); ///< to both sides
   void growAlongY(int steps);
-  void growUpwards();     ///< by the next voxel along x, along y, and along both: from the lowest ones of cells to all
+  void growUpwards();     ///< by the next voxel along x, along y and along both: a cell's lowest voxel becomes the cell
   void growCrosswise();   ///< by the four neighbors in the plane
-  void shrinkCrosswise(); ///< to those whose four neighbors in the plane are set
+  void shrinkCrosswise(); ///< to the voxels whose four neighbors in the plane are set
 
 private:
   template <typename Operation>
@@ -114,7 +114,7 @@ inline void setNegativeBits(std::uint64_t* words, int begin, int end, const floa
 
 /// Consecutive voxels of one row.
 struct Run {
-  std::int32_t at; ///< index of the first in a window plane
+  std::int32_t at; ///< window index of the first voxel
   std::int32_t count;
   std::uint32_t first; ///< index of its first value in the plane's packed values
 };
@@ -123,7 +123,7 @@ struct Run {
 struct Runs {
   const Run* begins = nullptr;
   const Run* ends = nullptr;
-  std::int32_t origin = 0; ///< window index of voxel 0 of the row, if it is one
+  std::int32_t origin = 0; ///< window index of voxel 0 of the row, if the runs are those of one row
   const Run* begin() const { return begins; }
   const Run* end() const { return ends; }
 };
@@ -138,10 +138,10 @@ public:
 
   /// \param fill called concurrently
   /// \throw ResourceLimit if the grid or its runs are too many for 32-bit numbers
-  /// \param roundUpTo runs are lengthened to whole vectors, but not to this x and beyond; 0: they stay as they are
+  /// \param roundUpTo runs are lengthened to multiples of 8 voxels, but end before this x; 0: they stay as they are
   VoxelSet(GridSize size, const Fill& fill, int roundUpTo, Execution& execution);
 
-  /// \param makeFill makes what fills a number of consecutive planes, in ascending order
+  /// \param makeFill called for each piece of consecutive planes; its Fill is called for them in ascending order
   static VoxelSet inPieces(GridSize size, const std::function<Fill()>& makeFill, int roundUpTo, Execution& execution);
 
   GridSize size() const { return size_; }
@@ -163,7 +163,7 @@ public:
     return findInRow(windowIndex(x, y), 1, y, z);
   }
 
-  /// The same for the first of `count` voxels from a window index on, if all are in one run of the row.
+  /// The same for the voxel with window index `at`; also −1 if the `count` voxels from it on are not all in one run.
   std::int64_t findInRow(std::int32_t at, int count, int y, int z) const
   {
     const Runs runs = row(y, z);
@@ -188,7 +188,7 @@ public:
   int bottom() const { return bottom_; }
   int top() const { return top_; }
 
-  /// True if two planes of the grid are known to have the same voxels: not all that do, but the planes of whole levels.
+  /// True if two planes have the same voxels, and all planes between them as well, as on whole levels.
   bool areAlike(int z, int other) const
   {
     const auto isInGrid = [this](int plane) { return plane >= 0 && plane < size_.z; };
@@ -201,9 +201,9 @@ public:
     return {row(0, z).begins, row(size_.y - 1, z).ends, 0};
   }
 
-  /// Windows have a margin of one row on two sides.
+  /// Distance of rows in a window. A window has one row more before the first and after the last one.
   int windowStride() const { return static_cast<int>(windowStrideOf(size_)); }
-  /// Vectors in odd number: planes that are whole pages apart would drive each other out of the cache.
+  /// Voxels of a window, an odd number of vectors: windows whole pages apart would drive each other out of the cache.
   std::size_t windowCount() const
   {
     return static_cast<std::size_t>(windowStride()) * static_cast<std::size_t>(size_.y + 2) | vectorUnit;
@@ -224,7 +224,7 @@ public:
   }
 
 private:
-  /// \param pieceSize planes that one fill gets
+  /// \param pieceSize planes that one Fill is called for
   void build(GridSize size, const std::function<Fill()>& makeFill, int roundUpTo, int pieceSize, Execution& execution);
   std::int64_t addRow(const MaskPlane& mask, int y, int roundUpTo, std::int64_t values, std::vector<Run>& runs) const;
 
@@ -232,13 +232,13 @@ private:
   std::vector<Run> runs_;
   std::vector<std::uint32_t> rowBegin_;  ///< per row of the grid, and the end
   std::vector<std::int64_t> planeFirst_; ///< per plane, and the end
-  std::vector<std::int32_t> likeFirst_;  ///< per plane: the first of the consecutive ones that are like it
+  std::vector<std::int32_t> likeFirst_;  ///< per plane: the first of the consecutive planes with the same voxels
   std::int64_t largestPlane_ = 0;
   int bottom_ = 0, top_ = 0;
 };
 
 /// Calls body(packed index on the band, packed index on the support, count) for the runs of plane z.
-/// \pre the support holds the band; runs of the band lie in one run of the support each
+/// \pre the support contains the band; each run of the band lies in one run of the support
 template <typename Body>
 void forEachPair(const VoxelSet& band, const VoxelSet& support, int z, const Body& body)
 {
@@ -252,14 +252,14 @@ void forEachPair(const VoxelSet& band, const VoxelSet& support, int z, const Bod
   }
 }
 
-/// The voxels within a box of 2 · steps + 1 around those of the band, along x of 2 · stepsX + 1.
+/// The voxels that are at most `steps` voxels away from one of the band along y and z, and at most `stepsX` along x.
 VoxelSet dilated(const VoxelSet& band, int steps, int stepsX, Execution& execution);
 
-/// The voxels of which all that are at most `steps` edges of the lattice away are in the band.
+/// The voxels of a band that have all voxels at most `steps` edges of the lattice away in the band, too.
 VoxelSet eroded(const VoxelSet& band, int steps, Execution& execution);
 
-/// How many of the six neighbors of each voxel are in the band, packed. As floats: the stencils would spend more on
-/// converting bytes than on the sums.
+/// How many of the six neighbors of each voxel are in the band, packed. They are floats because stencils would need
+/// more time to convert bytes than to sum up.
 PackedValues degrees(const VoxelSet& band, Execution& execution);
 
 /// The connected parts of a band that hold a voxel of another one.
@@ -273,7 +273,7 @@ struct Planes {
   int stride; ///< from row to row
   const float *below, *center, *above;
 };
-/// A Chebyshev step from z to f z + g D⁻¹ (b − product), which is added to x; z, b and D⁻¹ are packed, x is a window.
+/// A Chebyshev step: z becomes f z + g D⁻¹ (b − product) and is added to x. z, b and D⁻¹ are packed, x is a window.
 struct ChebyshevStep {
   float f, g;
   const float *b, *inverseD;
@@ -289,8 +289,8 @@ void addToWindow(Runs runs, float a, const float* packed, float* window);
 void scaleAndAdd(Runs runs, const float* a, const float* packed, float* window);
 /// packed = Σ of the six neighbors
 void sumNeighbors(Runs runs, Planes planes, float* packed);
-/// out = L x of the graph of the band, whose voxels have `degrees` neighbors (packed); windows are zero outside of the
-/// runs. Without degrees: of the lattice, all neighbors' values being in the windows.
+/// out = L x, L that of the band's graph, whose voxels have `degrees` neighbors (packed); windows are zero outside the
+/// runs. Without degrees L is that of the lattice; then the windows must have the values of all neighbors.
 void laplacian(Runs runs, const float* degrees, Planes planes, float* out);
 /// out += L x
 void addLaplacian(Runs runs, const float* degrees, Planes planes, float* out);
@@ -299,8 +299,8 @@ void addWindow(Runs runs, float a, const float* x, float* out);
 /// First Chebyshev step from zero: x = z = g D⁻¹ b; z is packed.
 void startChebyshev(Runs runs, float g, const float* b, const float* inverseD, float* z, float* x);
 void stepChebyshev(Runs runs, ChebyshevStep step, const float* product);
-/// The same with product + L y + tension · tense in the place of the product: y, from which the last of the powers of L
-/// is still to be taken, need not be there twice. \param tense a window, or none
+/// The same with product + L y + tension · tense in the place of product: adding the last power of L, L y, then needs
+/// no pass of its own. \param tense a window, or none
 void stepChebyshevWithLaplacian(Runs runs, ChebyshevStep step, const float* product, const float* degrees, Planes y,
                                 float tension, const float* tense);
 /// r = b − product; r and b may be the same.

@@ -20,60 +20,60 @@
 namespace pcl::mrf {
 namespace {
 
-/// Voxels of the finest band that a run may take whatever it has points, some seconds of work, and for each of them:
-/// surfaces have about ten, open ones with all of the sheet around them twenty-five.
+/// Max unknowns of the finest band: `unknownsOfAnyRun`, some seconds of work, or `unknownsPerPoint` times the number of
+/// points if that is more. Surfaces have about ten per point, open ones with all of the sheet around them twenty-five.
 constexpr double unknownsOfAnyRun = 4e6, unknownsPerPoint = 2000;
 
-/// Voxels that a method which visits each of them thousands of times takes on, and for each point of a larger cloud:
-/// eight million kept conjugate gradients busy for more than a minute.
+/// Max voxels for ICM and conjugate gradients, which visit each thousands of times (more than a minute for eight
+/// million): `slowVoxels`, or `slowVoxelsPerPoint` times the number of points if that is more.
 constexpr double slowVoxels = 4e6, slowVoxelsPerPoint = 100;
 
-/// Peak bytes of a band per face of a voxel that the surface covers, besides what follows. With it the prediction came
-/// within 6 % of what spheres of 1, 2, 4 and 8 points per face took, 10⁵ to 3·10⁶ points on one thread and on two.
+/// Peak bytes of a band per face (area of the surface / area of a voxel's face), besides those below. Predictions were
+/// within 6 % for spheres of 1, 2, 4 and 8 points per face, 10⁵ to 3·10⁶ points, on one thread and on two.
 constexpr double bytesPerFace = 310;
 
-/// The first two bands take several steps, which keeps a direction, with more coarse grids.
+/// More bytes per face of the first two bands: they take several steps, which keep a direction, with more coarse grids.
 constexpr double moreBytesPerFace = 50;
 constexpr int bandsOfSeveralSteps = 2;
 
-/// The only band is wider.
+/// More bytes per face of a level that is the only one in a band, which is wider.
 constexpr double moreBytesOfOnlyBand = 90;
 
-/// Voxels of a band per face.
+/// Unknowns of a band per face.
 constexpr double unknownsPerFace = 7.7;
 
-/// Of the last dense level while bands are solved.
+/// Bytes per voxel of the last dense level, which is kept while bands are solved.
 constexpr double bytesPerBackground = 8;
 
-/// Of each band one entry per row of the box; about ten bands exist at a time.
+/// Bytes per row of a grid: each band has one entry per row, and about ten bands exist at a time.
 constexpr double bytesPerRow = 40;
 
-/// What tiles keep of each unknown: what it was changed by, and then the field.
+/// Bytes per unknown of the whole level that tiles keep: the changes, and then the field.
 constexpr double bytesPerUnknownOfTiles = 16;
 
 /// Bytes per observed voxel of a band: the observation, packed weights and targets of all grids, confidences.
 constexpr double bytesPerObservedInBand = 53;
 
-/// Voxels along an axis: positions are counted in voxels in single precision, to a sixteenth.
+/// Max voxels along an axis: up to there, positions in voxels in single precision are accurate to a sixteenth.
 constexpr double maxVoxelsAlongAxis = 1 << 20;
 
-/// Samples per face where coarser levels, and the grids of a solver, merge the points.
+/// Samples per face on coarser levels and on the coarse grids of a solver, where points are merged.
 constexpr double mergedPerFace = 1.5;
 
-/// Voxels whose cells hold points, per face of a voxel that the surface covers, where points lie as densely as they
-/// like; a lone point occupies eight. (Measured on spheres with .25 to 16 points per face.)
+/// Occupied voxels, those of cells that hold points: at most `occupiedPerFace` per face however dense the points are,
+/// and `occupiedPerPoint` around a lone point. (Measured on spheres with .25 to 16 points per face.)
 constexpr double occupiedPerFace = 2.6, occupiedPerPoint = 8;
 
-/// Of each of them what the plain system adds up of its row before the matrix is made.
+/// Bytes per occupied voxel of the sums for its row that a plain system makes before the matrix.
 constexpr double bytesPerOccupied = 27 * sizeof(double);
 
-/// Of each of them the matrices of the cells on whole levels, 288 bytes for each of .4 cells, with all coarser grids.
+/// Bytes per occupied voxel of a whole level for the matrices of its cells, .4 per voxel, and of all coarser grids'.
 constexpr double blockBytesPerOccupied = 155;
 
-/// Voxels of which a factor takes some tens of terabytes, whatever the prior.
+/// Number of voxels whose factor takes some tens of terabytes, whatever the prior.
 constexpr double maxVoxelsOfFactor = 1e9;
 
-/// Bytes per observed voxel while a level is solved: what is kept of it for the end, and for the first band.
+/// Bytes per observed voxel while a level is solved: the observation that is kept for the result and the first band.
 constexpr double bytesPerObserved = 24;
 
 double count(const GridSize& size)
@@ -81,18 +81,18 @@ double count(const GridSize& size)
   return static_cast<double>(size.count());
 }
 
-/// Values per voxel of a whole level: the field, the residual and the direction; and of each of its grids: the iterate
-/// before and after, the right-hand side, the scaling, neighbors and shares.
+/// Values per voxel of a whole level: the field, the residual and the direction (valuesPerVoxel); and per voxel of each
+/// of its grids: iterate before and after, right-hand side, scaling, neighbors and shares (valuesPerGridVoxel).
 constexpr double valuesPerVoxel = 3, valuesPerGridVoxel = 6;
 
-/// Of voxels that are observed: weights and targets.
+/// More values per voxel of each grid where voxels are observed: weights and targets.
 constexpr double valuesPerObservedGridVoxel = 2;
 
-/// A plain system in double precision: the field, the right-hand side, where rows begin and the solver's vectors; and
-/// each entry of its matrix, which is there nearly twice while it is made. (Measured on 100,000 voxels.)
+/// A plain system in double precision: bytes per voxel (field, right-hand side, row starts, vectors of the solver) and
+/// per entry of the matrix, which exists nearly twice while it is made. (Measured on 100,000 voxels.)
 constexpr double bytesPerPlainVoxel = 37, bytesPerEntry = 22.4;
 
-/// The voxels that points occupy on a level.
+/// The number of voxels that points occupy on a level.
 double occupiedVoxels(const GridSize& size, double side, const Workload& workload)
 {
   const double surface = occupiedPerFace * workload.area / (side * side);
@@ -100,7 +100,7 @@ double occupiedVoxels(const GridSize& size, double side, const Workload& workloa
                      : 0;
 }
 
-/// What is kept of the data for all levels.
+/// Bytes of the data: the samples of all levels, or the observed voxels of this one.
 double dataBytes(const GridSize& size, double side, const Workload& workload)
 {
   const double faces = workload.area / (side * side);
@@ -112,7 +112,7 @@ double dataBytes(const GridSize& size, double side, const Workload& workload)
   return sizeof(PointSample) * samples;
 }
 
-/// Of the grids of a whole level and the windows that sweep over them.
+/// Bytes of the grids of a whole level and of the windows that sweep over them.
 double gridBytes(const GridSize& size, const Workload& workload, int threads)
 {
   const Prior prior = workload.prior.kind;
@@ -128,7 +128,7 @@ double gridBytes(const GridSize& size, const Workload& workload, int threads)
   }
 }
 
-/// The prior that couples the voxels as the energy does.
+/// The prior whose operator couples the same voxels as the energy.
 Prior couplingOf(const Workload& workload)
 {
   const PriorOptions& prior = workload.prior;
@@ -156,13 +156,13 @@ double denseBytes(const GridSize& size, double side, const Workload& workload, b
   return bytes;
 }
 
-/// The largest part of a level that is solved at a time.
+/// The part of a level that is solved at a time: a tile with its halos.
 double shareOfTile(int planes, int tiles)
 {
   return std::min(1., 1. / tiles + 2. * tileHalo / planes);
 }
 
-/// Peak bytes while the finest level is solved in a band. \param bands up to it
+/// Peak bytes while a level is solved in a band. \param bands number of levels in bands, up to this one
 double bandBytes(const GridSize& lattice, double side, const Workload& workload, int bands, int threads)
 {
   const GridSize size = bandAxes(lattice).toStored(lattice);
@@ -182,7 +182,7 @@ Eigen::Array3d finestVoxels(const BoundingBox& box, double side, const Multiscal
   return ((box.upper - box.lower).cast<double>().array() / side + 2. * resolvedPadding(options)).ceil();
 }
 
-/// Factors grow with voxels to the power of 4/3: what is beyond any memory is not worth being dissected.
+/// True if the factor, which grows with voxels to the power of 4/3, is beyond any memory: no dissection is needed then.
 bool isBeyondFactors(const Eigen::Array3d& voxels, const Workload& workload)
 {
   return workload.solver.method == SolverMethod::cholesky && voxels.prod() > maxVoxelsOfFactor;
@@ -199,7 +199,7 @@ bool isCoarsest(const GridSize& size)
   return std::max({size.x, size.y, size.z}) <= coarsestSide;
 }
 
-/// Peak bytes while the last two levels are solved, in bands, the last in tiles.
+/// Peak bytes while the last two levels are solved in bands, the last one in tiles.
 double tiledBytes(const GridSize& lattice, double side, const Workload& workload, int bands, int threads)
 {
   const GridSize size = bandAxes(lattice).toStored(lattice);
@@ -213,7 +213,7 @@ double tiledBytes(const GridSize& lattice, double side, const Workload& workload
   return std::max(finest, bandBytes(lattice.coarsened(), 2 * side, before, bands - 1, threads));
 }
 
-/// Seconds in which a factorization cannot be cancelled; 0 without any.
+/// Seconds of the factorization, in which the run cannot be cancelled; 0 if there is none.
 double predictedCholeskySeconds(const BoundingBox& box, double side, const Workload& workload,
                                 const MultiscaleOptions& options)
 {
@@ -244,7 +244,7 @@ int mostTiles(int planes)
 
 Workload workloadOf(std::size_t points, float spacing, const PriorOptions& prior)
 {
-  // The area that a point stands for, in squared spacings: the mean distance to the nearest of points at random.
+  // Area per point in squared spacings: the spacing is the mean distance to the nearest of random points.
   constexpr double areaPerPoint = 4;
   Workload workload;
   workload.points = static_cast<double>(points);
@@ -338,7 +338,7 @@ void checkSurface(double unknowns, double bytes, std::size_t points, double voxe
     text << ", " << bytes / (1 << 30) << " GiB, the limit is " << limit / (1 << 30) << " GiB";
   else
     text << " through " << points << " points, which say nothing about most of it";
-  // Faces grow with the square of the voxel size; a quarter more for what coarser levels see otherwise.
+  // Faces become fewer with the square of the voxel size. A quarter more, as coarser levels may see another surface.
   text << "; a voxel size of " << 1.25 * voxelSize * std::sqrt(excess) << " would do";
   throw ResourceLimit(text.str());
 }

@@ -76,7 +76,7 @@ std::vector<float> bandConfidences(const Observation& observation, const VoxelSe
   return confidences;
 }
 
-/// Levels are dense for the solvers, and the energy, that bands do not have.
+/// The options with denseVoxels set: all levels are dense for the solvers and the energy that bands do not support.
 MultiscaleOptions withDenseLevels(const MultiscaleOptions& options, const Workload& workload)
 {
   MultiscaleOptions own = options;
@@ -86,22 +86,22 @@ MultiscaleOptions withDenseLevels(const MultiscaleOptions& options, const Worklo
   return own;
 }
 
-/// Steps and coarse grids of the first band, of those after it, and of the last of several. A single step weighs short
-/// and long waves alike; the long ones are right already and would be spoilt by more grids.
+/// Steps and coarse grids of the first band, of those between, and of the last of several. A single step weighs short
+/// and long waves alike: the long ones are right already, and more coarse grids would spoil them.
 constexpr LevelPlan firstPlan = {4, 3}, middlePlan = {2, 3}, lastPlan = {1, 1};
 
-/// Dense levels that observe points stop this much earlier, by the change. Observed at voxels, holes get worse at once.
+/// Factor on changeTolerance of dense levels that observe points. On those that observe voxels it makes holes worse.
 constexpr double pointTolerance = 1.5;
 
-/// Weight of the normals on a level that bands of order 3 refine, times that of the last one: bands move the surface to
-/// the points again, but hardly what fills a hole, and that leans on the normals at its rim.
+/// Factor on the weight of the normals on all levels but the last, if that is a band of order 3. Bands move the surface
+/// to the points again, but hardly what fills a hole, which depends on the normals at its rim.
 constexpr double normalsOfGuess = 10;
 
-/// Voxel side, in spacings, up to which that holds: with larger ones coarse levels see the points well, and holes are
-/// many voxels wide.
+/// Max voxel side of the last level, in spacings, with which normalsOfGuess is used: with larger ones coarse levels see
+/// the points well, and holes are many voxels wide.
 constexpr float normalsLeadUpTo = 2.4f;
 
-/// The points as a level stored in another order of axes sees them.
+/// The points in another order of axes, that of the stored levels.
 OrientedPoints inOrder(const AxisOrder& axes, const OrientedPoints& points)
 {
   OrientedPoints result = points;
@@ -112,7 +112,7 @@ OrientedPoints inOrder(const AxisOrder& axes, const OrientedPoints& points)
   return result;
 }
 
-/// A search asked in another order of axes.
+/// A search whose queries are in another order of axes.
 class SearchInOrder : public NeighborSearch {
 public:
   SearchInOrder(const AxisOrder& axes, const NeighborSearch& search) : axes_(axes), search_(search) {}
@@ -170,7 +170,7 @@ public:
   {
     if (next_ >= denseLevels_) {
       leaveSparse();
-      // The first band is half as wide at least as what a dense level hands on.
+      // The first band has at least half as many unknowns as what a dense level hands on.
       if (next_ > denseLevels_ || isFinest(next_))
         checkUnknowns(next_ - 1, (next_ > denseLevels_ ? 1 : .5) * static_cast<double>(band_.unknowns.count()));
     }
@@ -188,8 +188,8 @@ public:
   {
     if (done() || next_ < denseLevels_)
       return false;
-    // The first band shapes what fills holes, and feels the sheets around: left out there, the discs of a Kinect frame
-    // came out a tenth worse. The last mesh but one is worth its cost only if there is none before it.
+    // The first band decides what fills holes, and the sheets around holes influence it: without them the discs of a
+    // Kinect frame came out a tenth worse. A mesh before the finest level is worth its cost only if there was none yet.
     return next_ > denseLevels_ ? next_ == denseLevels_ + 1 || !isFinest(next_) : isFinest(next_);
   }
 
@@ -229,13 +229,13 @@ public:
   }
 
 private:
-  /// What a level is the finest one for.
+  /// The part of a level that no finer level resolves.
   struct Left {
     Lattice lattice;
     std::shared_ptr<BandedDistances> distances;
   };
 
-  /// Lengths, lattices and memory, before anything takes any.
+  /// Plans lengths, lattices and memory before anything is allocated.
   void plan(const BoundingBox& volume)
   {
     MultiscaleOptions& multiscale = options_.multiscale;
@@ -257,7 +257,8 @@ private:
     isTiled_ = workload.isTiled;
   }
 
-  /// Samples of points are turned as they are made; a search has to hold turned points.
+  /// Turns the lattices to the stored order, and where voxels are observed points and search. (Samples are made
+  /// turned.)
   void turn(const SolvedPiece& piece)
   {
     for (Lattice& lattice : lattices_)
@@ -279,7 +280,7 @@ private:
 
   bool isFinest(std::size_t level) const { return level + 1 == lattices_.size(); }
 
-  /// Whether levels before the last one heed the normals more.
+  /// True if the normals weigh more on the levels before the last one.
   bool normalsLead() const
   {
     return options_.prior.kind == Prior::triharmonic && denseLevels_ < lattices_.size() &&
@@ -351,7 +352,7 @@ private:
     return report;
   }
 
-  /// What the last dense level hands to the first one in a band.
+  /// Makes the field that the last dense level hands to the first band.
   void beginBand()
   {
     const Lattice& coarse = lattices_[denseLevels_ - 1];
@@ -363,7 +364,7 @@ private:
                      execution_);
   }
 
-  /// The voxels around some positions of the recentered frame.
+  /// The voxels around those positions of the recentered frame whose indices are asked for.
   VoxelSet voxelsOf(const std::vector<Eigen::Vector3f>& positions, const Lattice& lattice,
                     const std::function<bool(std::size_t)>& isAsked) const
   {
@@ -373,7 +374,7 @@ private:
       std::sort(voxels.begin(), voxels.end());
       voxels.erase(std::unique(voxels.begin(), voxels.end()), voxels.end());
     };
-    // Positions that follow each other are close: lists of each range are much shorter than one of all.
+    // Consecutive positions are close to each other: a list per range, without repeated voxels, is much shorter.
     std::vector<std::int64_t> voxels = joined(partsOf<std::vector<std::int64_t>>(
         execution_, positions.size(), grain, [&](std::vector<std::int64_t>& own, std::size_t begin, std::size_t end) {
           for (std::size_t i = begin; i < end; ++i) {
@@ -389,8 +390,8 @@ private:
     return voxelSetOf(voxels, lattice.size, withMargin(lattice.size), execution_);
   }
 
-  /// Leaves the last level as the finest one where points are sparse: its voxels are as large beside the local spacing
-  /// as half of the finest ones are beside the typical one, or smaller.
+  /// Makes the last level the finest one where points are sparse: where the ratio of its voxel side to the local
+  /// spacing is at most half of the ratio of the finest voxel side to the typical spacing.
   void leaveSparse()
   {
     if (!options_.observation.atPoints() || points_->spacings.empty() || options_.trimming.watertight)
@@ -402,7 +403,7 @@ private:
       left_.push_back({lattice, std::move(left)});
   }
 
-  /// What the levels before the last one hold. \param dense of the last dense one
+  /// The field of the levels before the last one. \param dense distances on the last dense level
   DistanceField coarser(std::vector<float> dense) const
   {
     DistanceField field(lattices_[denseLevels_ - 1], std::move(dense), {});
@@ -467,7 +468,7 @@ private:
 
   double limit() const { return memoryLimit(options_.multiscale.maxMemory); }
 
-  /// What a level's unknowns foretell of the finest one's.
+  /// The number of unknowns of the finest level, predicted from that of a coarser level.
   double finestUnknowns(std::size_t level, double unknowns) const
   {
     return std::ldexp(unknowns, 2 * static_cast<int>(lattices_.size() - 1 - level));
@@ -487,7 +488,7 @@ private:
     return mayBeTiled(workload, bands) ? mostTiles(lattices_.back().size.z) : 1;
   }
 
-  /// \throw ResourceLimit if what a level's unknowns foretell of the finest one's is too much
+  /// \throw ResourceLimit if the unknowns of the finest level, predicted from those of a coarser one, are too many
   void checkUnknowns(std::size_t level, double unknowns) const
   {
     const double finest = finestUnknowns(level, unknowns);
@@ -495,8 +496,8 @@ private:
                  lattices_.back().spacing, limit());
   }
 
-  /// As few tiles as fit into the memory, or as suit tasks; if it is more than one, the finest level's samples are made
-  /// tile by tile.
+  /// The number of tiles of the finest level: as few as fit into the memory, or as suit tasks. With more than one the
+  /// samples are freed, as each tile makes its own.
   int tilesOfFinest()
   {
     const double unknowns = finestUnknowns(next_ - 1, static_cast<double>(band_.unknowns.count()));
@@ -531,23 +532,23 @@ private:
   Execution& execution_;
   const OrientedPoints* points_;
   const NeighborSearch* search_;
-  OrientedPoints turnedPoints_;               ///< in another order of axes, if voxels are observed and it is worthwhile
+  OrientedPoints turnedPoints_;               ///< in the stored order, if it is another one and voxels are observed
   std::optional<SearchInOrder> turnedSearch_; ///< likewise
-  std::vector<Lattice> lattices_;             ///< as they are stored, like the points and all that follows
-  AxisOrder axes_;                            ///< of the cloud in that order
+  std::vector<Lattice> lattices_;             ///< as they are stored, like all that follows
+  AxisOrder axes_;                            ///< the stored order of the cloud's axes
   int bandThreads_ = 1;
   int tiles_;                            ///< that were asked for; 0: as few as fit
-  bool isTiled_ = false;                 ///< the finest level is: known before there are samples
-  std::size_t firstLevel_ = 0;           ///< of the lattices; those before it are grids of the solver
-  std::size_t denseLevels_ = 0;          ///< where the lattices that are solved in bands begin
-  std::size_t next_ = 0;                 ///< level to be solved
+  bool isTiled_ = false;                 ///< if the finest level is tiled: decided before samples are made
+  std::size_t firstLevel_ = 0;           ///< index of the first level; lattices before it are grids of the solver
+  std::size_t denseLevels_ = 0;          ///< index of the first level in a band
+  std::size_t next_ = 0;                 ///< index of the next level to be solved
   double voxels_ = 0, solvedVoxels_ = 0; ///< of all levels, and of those that are solved
   std::size_t zeroLevelTriangles_ = 0;   ///< of the last zeroLevel()
   LevelSamples samples_;                 ///< if points are observed
-  Observation finest_;                   ///< of the finest level, if voxels are
+  Observation finest_;                   ///< on the finest level, if voxels are observed
   std::vector<std::int64_t> lastDense_;  ///< voxels observed on the last dense level
   std::vector<float> distances_;         ///< of the last dense level so far
-  std::vector<Left> left_;               ///< of levels so far that are followed by bands
+  std::vector<Left> left_;               ///< of the levels so far
   LevelField band_;                      ///< of the last level in a band so far
   MultiscaleResult result_;
 };

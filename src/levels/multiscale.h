@@ -15,24 +15,24 @@
 
 namespace pcl::mrf {
 
-/// h/l̄
+/// Voxel side h in spacings l̄.
 inline float spacingsPerVoxel(Quality quality)
 {
   return quality == Quality::draft ? 3 : quality == Quality::normal ? 2 : 1.5f;
 }
 
-/// Levels are added until the longest side has at most so many voxels.
+/// Levels are added until the longest side of the coarsest one has at most this many voxels.
 constexpr int coarsestSide = 16;
 
 /// Voxels of padding that a closed surface needs.
 constexpr int minPadding = 6;
 
-/// The option, or the least.
+/// The option, or minPadding where it is automatic.
 int resolvedPadding(const MultiscaleOptions& options);
 
-/// The option, or what suits so many points. Objects have some 50 voxels for each, sprawling scenes that few points
-/// tell of have hundreds, most of them empty: thinned to 1,000 and 4,000 points a Kinect frame of a table takes a half
-/// and a third of the time in bands, and withheld points are as near.
+/// The option, or what suits the number of points. Objects have some 50 voxels per point. Sprawling scenes with few
+/// points have hundreds, most of them empty, which bands leave out: a Kinect frame of a table, thinned to 1,000 and
+/// 4,000 points, takes a half and a third of the time in bands, and withheld points are as near.
 std::int64_t resolvedDenseVoxels(const MultiscaleOptions& options, std::size_t points);
 
 struct MultiscaleResult {
@@ -41,9 +41,9 @@ struct MultiscaleResult {
   std::size_t predictedBytes = 0;  ///< predictedMemory
 };
 
-/// The order in which levels in bands of this size are stored: as it is, or the longest axis as z and the shortest as y
-/// if that makes planes or the table of rows smaller by a third: what is dense there are planes of voxels across z, a
-/// few at a time, and one entry per row along x.
+/// The order of axes in which levels in bands of this size are stored: the natural one, or the longest axis as z and
+/// the shortest as y if that makes planes or the table of rows smaller by a third. Bands need memory for a few whole
+/// planes of voxels across z at a time, and for one table entry per row along x.
 AxisOrder bandAxes(const GridSize& size);
 
 /// What the memory of a run depends on besides the box and the voxel size.
@@ -53,24 +53,24 @@ struct Workload {
   double reach = 0;  ///< dEmax where voxels are observed, cloud's unit; 0: observed at the points
   PriorOptions prior;
   SolverOptions solver;
-  bool isTiled = false; ///< the finest level is, if it may be: it takes less memory
+  bool isTiled = false; ///< solve the finest level in tiles, if it may be: that takes less memory
 };
 
-/// Bytes that the levels are going to take at their peak, beside what is held before them. Solvers and energies that
-/// bands do not have make every level dense.
+/// Predicted peak bytes of the levels, besides what is held before them. Solvers and energies that bands do not support
+/// make every level dense.
 /// \param box, voxelSize, workload as for planLevels
 double predictedMemory(const BoundingBox& box, float voxelSize, const Workload& workload,
                        const MultiscaleOptions& options, int threads);
 
 /// The nested lattices of the levels, coarsest first. Voxel sides double from level to level and voxel faces coincide.
 /// \param box that they cover, with the padding around it
-/// \throw ResourceLimit if a single thread would take more than the limit, or a factor more than its own; names the
-/// voxel size that would fit
+/// \throw ResourceLimit if a single thread would take more memory than the limit, or a factorization more time than its
+/// own limit; the message names the voxel size that would fit
 std::vector<Lattice> planLevels(const BoundingBox& box, float voxelSize, const Workload& workload,
                                 const MultiscaleOptions& options);
 
-/// How many of the threads can sweep over a level in a band at the same time: each takes memory for some whole planes.
-/// \return 1 to `threads`: as many as fit into the limit; parameters as for planLevels
+/// How many threads, 1 to `threads`, can sweep over a level in a band within the memory limit: each takes memory for
+/// some whole planes. Parameters as for planLevels.
 int affordableThreads(const BoundingBox& box, float voxelSize, const Workload& workload,
                       const MultiscaleOptions& options, int threads);
 
@@ -88,21 +88,21 @@ public:
 
   virtual bool done() const = 0;
 
-  /// Of the last level that was solved, cloud's unit. \pre solveNext() was called
+  /// Voxel side of the last level that was solved, cloud's unit. \pre solveNext() was called
   virtual float voxelSize() const = 0;
 
   /// \throw SolverFailure; Cancelled; ResourceLimit if the surface would take more memory than the limit, or millions
-  /// of voxels that are out of proportion to the points: thousands of each
+  /// of voxels, thousands for each point
   virtual void solveNext() = 0;
 
-  /// Whether the next level takes so much that a search had better rest meanwhile.
+  /// True if the next level takes so much memory that a search should be put to rest while it is solved.
   virtual bool needsRoom() const = 0;
 
-  /// Whether refineOnly pays before the next level is solved.
+  /// True if refineOnly() saves more time than it takes, before the next level is solved.
   virtual bool mayLeaveOut() const = 0;
-  /// Of the last level, which tells where the finer ones' will be. \pre mayLeaveOut()
+  /// The zero level of the last level, which predicts those of the finer ones. \pre mayLeaveOut()
   virtual TriangleMesh zeroLevel() = 0;
-  /// Leaves out of the finer levels what is not observed and no part of this. \param wanted part of zeroLevel()
+  /// Restricts the finer levels to what is observed or near `wanted`. \param wanted part of zeroLevel()
   virtual void refineOnly(const TriangleMesh& wanted) = 0;
 
   /// \pre done(); called once \throw InvalidInput if nothing is observed
@@ -112,7 +112,7 @@ public:
 /// Plans the levels. \param piece its points and search outlive the levels \param spacing l̄, cloud's unit
 /// \param tiles of the finest level, if it may be tiled; 0: as few as the limit of the memory allows
 /// \throw InvalidOption
-/// \throw ResourceLimit if the levels would take more memory than the limit, as the box foretells
+/// \throw ResourceLimit if the levels would take more memory than the limit, as predicted from the box
 std::unique_ptr<Levels> beginLevels(const SolvedPiece& piece, float spacing, const Options& options,
                                     Execution& execution, int tiles = 0);
 

@@ -14,38 +14,39 @@
 namespace pcl::mrf {
 namespace {
 
-/// Steps of a box and of crosses by which the voxels at the zero level grow into a band: 1 + crosses voxels. What fills
-/// a hole moves on coarser levels and hardly on the finest one: with as much room there a street takes .14 more time,
-/// and holes of six scans of 150,000 points are 1.017 times as far from the truth.
+/// Voxels at the zero level grow into a band by a box of one voxel and by this many crosses: near data, far from data,
+/// and on a dense level. What fills a hole moves on coarser levels and hardly on the finest one: with as much room
+/// there a street takes .14 more time, and holes of six scans of 150,000 points are 1.017 times as far from the truth.
 constexpr int crossesNearData = 1, crossesFarFromData = 5, crossesOfDense = 4;
 
-/// The same near data where the finest level is the only one in a band.
+/// Crosses near data where the finest level is the only one in a band.
 constexpr int crossesOfOnlyBand = 3;
 
-/// What is this close to an observed voxel of the coarser level is near data.
+/// Near data is what is at most this many voxels of the coarser level away from one that is observed there.
 constexpr int nearData = 2;
 
-/// Voxels around what is wanted of a level's surface that finer levels still solve: trimming closes gaps by 7 voxels of
-/// the finest level from either side even where the coarser ones see no surface to be kept.
+/// Voxels around the wanted part of a level's surface that finer levels still solve: trimming closes gaps by 7 voxels
+/// of the finest level from either side even where coarser levels see no surface to be kept.
 constexpr int nearWanted = 4;
 
-/// Voxels around points that need finer voxels that these are for as well. With 4, what a depth camera saw of a room is
-/// 3 % farther from the truth, with 8 a street takes .07 more time.
+/// Voxels around dense points that finer levels resolve, too. With 4, what a depth camera saw of a room is 3 % farther
+/// from the truth, with 8 a street takes .07 more time.
 constexpr int aroundDense = 6;
 
 /// Finer levels leave out what they need not resolve if it is more than this share of a level. Less is not worth the
 /// seams.
 constexpr double worthLeaving = .4;
 
-/// Voxels around what is left that are stored with it, so that it has gradients.
+/// Voxels stored around a surface that finer levels leave out, so that it has gradients.
 constexpr int aroundLeft = 2;
 
-/// Voxels by which a level moves what it is given at most: one of the coarser level. Nothing holds the border of a band
-/// beyond the last point, at the seam to what is left out, and few steps may leave it dozens of voxels away.
+/// Max change of the interpolated field by a level, in its voxel sides: one side of the coarser level. Beyond the last
+/// point, at the seam to what is left out, nothing holds a band's border, and few steps may move it by dozens of
+/// voxels.
 constexpr float farthestMove = 2;
 
-/// Voxels around the unknowns of a level that the interpolation to the next one reaches: half of what that one's
-/// support has, and two for the cubic's taps. Along x its runs are up to 7 voxels longer.
+/// Voxels around the unknowns of a level that the interpolation to the next level reads: half as many as the support of
+/// that level has, and two for the taps of the cubic. Along x its runs are up to 7 voxels longer.
 constexpr int interpolationReach = 4, interpolationReachX = 11;
 
 /// Signs of one plane of a field on a band.
@@ -70,7 +71,7 @@ struct SignPlane {
   }
 };
 
-/// \param operation of MaskPlane: on a plane of the first set, with one of the second
+/// Combines two sets plane by plane. \param operation of MaskPlane: on a plane of `a`, with that of `b`
 VoxelSet combined(const VoxelSet& a, const VoxelSet& b, void (MaskPlane::*operation)(const MaskPlane&),
                   Execution& execution)
 {
@@ -95,7 +96,7 @@ VoxelSet without(const VoxelSet& a, const VoxelSet& b, Execution& execution)
   return combined(a, b, &MaskPlane::subtract, execution);
 }
 
-/// Those of a part of a set, packed.
+/// The values on a part of a set, packed.
 PackedValues valuesOn(const VoxelSet& part, const VoxelSet& whole, const PackedValues& values)
 {
   PackedValues result(static_cast<std::size_t>(part.count()));
@@ -106,7 +107,7 @@ PackedValues valuesOn(const VoxelSet& part, const VoxelSet& whole, const PackedV
   return result;
 }
 
-/// Marks the voxels of three planes in turn whose neighbors have another sign.
+/// Marks the voxels of a plane that have a neighbor of the other sign. Keeps three planes of signs from call to call.
 class CrossingFinder {
 public:
   CrossingFinder(const VoxelSet& band, const float* values)
@@ -163,7 +164,7 @@ VoxelSet crossings(const VoxelSet& band, const PackedValues& values, Execution& 
       band.size(), [&]() -> VoxelSet::Fill { return CrossingFinder(band, values.data()); }, 0, execution);
 }
 
-/// The voxels within a box of one and `crosses` crosses around those of a band; adds to the mask.
+/// Adds the voxels of a band, grown by a box of one voxel and by `crosses` crosses, to the mask.
 void addGrown(const VoxelSet& band, int crosses, int z, MaskPlane& mask)
 {
   const auto boxed = [&](std::initializer_list<int> planes) {
@@ -190,7 +191,7 @@ void addGrown(const VoxelSet& band, int crosses, int z, MaskPlane& mask)
   }
 }
 
-/// Sets the children of a coarse plane's voxels.
+/// Sets the voxels of plane z that are children of coarse voxels.
 void rasterizeChildren(const VoxelSet& coarse, const Refinement& refinement, int z, MaskPlane& mask)
 {
   const int plane = refinement.parent(z, 2);
@@ -223,8 +224,8 @@ void clearRim(const GridSize& size, int z, MaskPlane& mask)
   mask.intersect(inside);
 }
 
-/// Sets the unknowns of a field to solved(place among them, place in the support), or to what is as close to it as a
-/// level may move them. \param guess what they were
+/// Sets the unknowns of a field to solved(index among them, index in the support), but changes none by more than
+/// farthestMove. \param guess their values before
 template <typename Solved>
 void setUnknowns(LevelField& field, const PackedValues& guess, const Solved& solved)
 {
@@ -261,7 +262,7 @@ VoxelSet predictedZeroLevel(const LevelField& coarse, const Refinement& refineme
   return crossings(predicted, interpolated(coarse, refinement, predicted, execution), execution);
 }
 
-/// What holds a band: observed voxels, and in a tile all that it may be connected to beyond a cut.
+/// The voxels that hold a band: observed ones, and in a tile those at its cuts, where the band continues.
 VoxelSet holdOf(const VoxelSet& observed, const BandTile* tile, Execution& execution)
 {
   const GridSize size = observed.size();
@@ -276,8 +277,8 @@ VoxelSet holdOf(const VoxelSet& observed, const BandTile* tile, Execution& execu
       0, execution);
 }
 
-/// The band of a level, from its zero level as far as it is known, whatever holds it. \param narrow where it is, voxels
-/// of the coarser one
+/// The band of a level around the zero level as far as that is known, held by observations or not. \param narrow voxels
+/// of the coarser level where the band is narrow
 VoxelSet bandAround(const VoxelSet& zeroLevel, const VoxelSet& observed, const VoxelSet& narrow, const BandLevel& own,
                     const Refinement& refinement, const VoxelSet& coarseUnknowns, Execution& execution)
 {
@@ -298,7 +299,7 @@ VoxelSet bandAround(const VoxelSet& zeroLevel, const VoxelSet& observed, const V
         addGrown(zeroLevel, crosses, z, mask);
         addGrown(farZeroLevel, crossesFarFromData, z, mask);
         observed.rasterize(z, mask);
-        // Only there the interpolated values are known all around.
+        // Interpolated values are known all around these voxels only.
         MaskPlane predicted(size);
         rasterizeChildren(coarseUnknowns, refinement, z, predicted);
         mask.intersect(predicted);
@@ -320,7 +321,7 @@ std::vector<PointSample> samplesWithin(const std::vector<PointSample>& samples, 
   return within;
 }
 
-/// The samples of a level, and of the grids beneath it, that say something of its unknowns only.
+/// The samples of a level, and of its coarser grids, whose cells have all of their voxels among the unknowns.
 LevelSamples samplesOf(const BandLevel& own, const VoxelSet& unknowns, std::size_t coarseGrids, Execution& execution)
 {
   const LevelSamples& all = *own.observation.samples;
@@ -337,7 +338,7 @@ LevelSamples samplesOf(const BandLevel& own, const VoxelSet& unknowns, std::size
   return samples;
 }
 
-/// How many voxels at the zero level have a neighbor that is not in a band.
+/// The number of voxels of a band at the zero level that have a neighbor outside the band.
 std::int64_t countAtRim(const VoxelSet& band, const VoxelSet& zeroLevel, Execution& execution)
 {
   const GridSize size = band.size();
@@ -354,11 +355,11 @@ std::int64_t countAtRim(const VoxelSet& band, const VoxelSet& zeroLevel, Executi
   return VoxelSet(size, fill, 0, execution).count();
 }
 
-/// Continues the change of a field from the unknowns to the rest of its support: along x, then y, then z from the
-/// closest voxel that has one.
+/// Continues the change of a field from the unknowns to the rest of its support: along x, then y, then z, each from the
+/// closest voxel with a change.
 class ChangeOfField {
 public:
-  /// \param guess what the unknowns were
+  /// \param guess values of the unknowns before the change
   ChangeOfField(const VoxelSet& unknowns, const VoxelSet& support, const PackedValues& guess,
                 const PackedValues& values, Execution& execution)
       : unknowns_(unknowns), support_(support), guess_(guess), values_(values), execution_(execution),
@@ -369,7 +370,7 @@ public:
     extendAcrossRows(2);
   }
 
-  /// Adds it to the values that are no unknowns. \param values as they were given
+  /// Adds the change to the values around the unknowns. \param values those that the constructor was given
   void addAround(PackedValues& values) const
   {
     forRuns([&](int y, int z, const Run& run, std::size_t first) {
@@ -389,7 +390,7 @@ public:
   }
 
 private:
-  /// Calls body(y, z, run, place of its first value) for the support.
+  /// Calls body(y, z, run, index of its first value) for all runs of the support.
   template <typename Body>
   void forRuns(const Body& body) const
   {
@@ -457,9 +458,9 @@ private:
 
 bool RimCounts::missSheet() const
 {
-  // Trees and posts before a lidar make one voxel in 400 to 4,000 touch the rim. To solve the bands of a street once
-  // more for them was two fifths of the time of the levels; on it and four simulated scans points are -.8 to 1.6 %
-  // farther from the mesh without. Of a plate that is little thicker than its noise more do.
+  // Trees and posts before a lidar make one voxel in 400 to 4,000 touch the rim. Solving a street's bands again for
+  // them takes two fifths of the time of the levels; without it, points of the street and of four simulated scans are
+  // -.8 to 1.6 % farther from the mesh. More voxels touch the rim where a plate is little thicker than its noise.
   constexpr std::int64_t mayTouch = 500;
   return touching * mayTouch > zeroLevel;
 }
@@ -609,7 +610,7 @@ LevelField solveNarrowBand(const BandLevel& own, const LevelField& coarse, const
                                        : voxelSetOf(observation.voxels.voxels, lattice.size, size, execution);
   report.observed = field.observed.count();
   const bool isPartial = coarse.left.count() > 0;
-  VoxelSet beyond; // what is left of the coarser level as it is, and its seam: sheets go on there
+  VoxelSet beyond; // what the coarser level left out, and its seam: sheets continue there
   if (isPartial) {
     beyond = childrenOf(dilated(coarse.left, aroundLeft, aroundLeft, execution), refinement, size, execution);
     field.observed = without(field.observed, beyond, execution);
@@ -623,18 +624,18 @@ LevelField solveNarrowBand(const BandLevel& own, const LevelField& coarse, const
   const int reachX = own.isFinest() ? order(own.prior) : interpolationReachX;
   for (int round = 0; round < maxBandRounds; ++round) {
     VoxelSet band = bandAround(zeroLevel, field.observed, narrow, own, refinement, coarse.unknowns, execution);
-    // A sheet that no point of the band tells of would end at the seam.
+    // Without what is connected to the seam, a sheet that has no points in the band would end there.
     const VoxelSet held = isPartial ? connectedTo(band, beyond, execution) : VoxelSet();
     const auto withHeld = [&](VoxelSet solved) {
       return isPartial ? united(solved, held, execution) : std::move(solved);
     };
-    // What no observation holds would float; what the seam does stays as it is interpolated.
+    // What no observation holds would float: it is no unknown. What only the seam holds stays as interpolated.
     VoxelSet unknowns = connectedTo(std::move(band),
                                     own.tile ? holdOf(field.observed, own.tile, execution) : field.observed, execution);
     field.support = isPartial ? dilated(united(unknowns, held, execution), reach, reachX, execution)
                               : dilated(unknowns, reach, reachX, execution);
     field.values = interpolated(coarse, refinement, field.support, execution);
-    if (unknowns.count() == 0) { // of a tile, or where all is left to coarser levels
+    if (unknowns.count() == 0) { // in an empty tile, or where all is left to coarser levels
       field.unknowns = withHeld(std::move(unknowns));
       return field;
     }
@@ -647,7 +648,7 @@ LevelField solveNarrowBand(const BandLevel& own, const LevelField& coarse, const
     std::vector<SolverGrid> grids =
         bandGrids(own.lattices, own.level, std::move(unknowns), observed, own.prior, plan.coarseGrids, execution);
     report.unknowns = grids[0].voxels.count();
-    // Every round starts from the interpolation: it is smooth beyond the band, as the solution's continuation is not.
+    // Every round starts from the interpolation: it is smooth beyond the band, and the continued solution is not.
     const GridSystem system{grids, own.prior, field.support, nullptr, own.tile ? &own.tile->step : nullptr};
     const SolveReport solve = solveOnGrids(system, plan, solver, lattice.spacing, field.values.data(), execution);
     const int before = report.solve.iterations;
@@ -656,7 +657,7 @@ LevelField solveNarrowBand(const BandLevel& own, const LevelField& coarse, const
     field.unknowns = withHeld(std::move(grids[0].voxels));
     if (own.tile)
       return field;
-    // Found again: kept while the level is solved, the guess would add to the peak of memory.
+    // The guess is computed again: kept while the level is solved, it would add to the peak of memory.
     const PackedValues guess = interpolated(coarse, refinement, field.unknowns, execution);
     setUnknowns(field, guess, [&](std::size_t, std::size_t outer) { return field.values[outer]; });
     ChangeOfField(field.unknowns, field.support, guess, field.values, execution).addAround(field.values);

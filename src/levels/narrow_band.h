@@ -21,74 +21,74 @@ struct LevelField {
   VoxelSet support;    ///< voxels with a value: the unknowns and what the next level's interpolation reaches
   PackedValues values; ///< on the support
   VoxelSet observed;
-  VoxelSet left; ///< unknowns that no finer level is to resolve, and which are none any more; mostly of no grid
+  VoxelSet left; ///< former unknowns that no finer level is to resolve; mostly of no grid
 };
 
-/// A dense level as the coarsest of the bands; it is continued beyond its border. \param observed on its bands' grid
+/// The field of a dense level in the form of a band, continued beyond its border. \param observed on its bands' grid
 LevelField fieldOfDense(const Lattice& lattice, const std::vector<float>& values, VoxelSet observed,
                         Execution& execution);
 
-/// Drops what is neither near a surface nor near an observed voxel from the unknowns, as the next level sees them.
+/// Removes from the unknowns, as the next level sees them, what is neither near a surface nor near an observed voxel.
 /// \param surface voxels at it
 void keepNear(const VoxelSet& surface, LevelField& field, Execution& execution);
 
-/// The same of what is left of a level. \param surface voxels at it
+/// Removes from a part that finer levels leave out what is not near a surface. \param surface voxels at it
 void keepNear(const VoxelSet& surface, BandedDistances& field, Execution& execution);
 
-/// Leaves what is not near some voxels as it is, if that is much: it is no unknown any more for finer levels.
+/// Removes from the unknowns what is not near the wanted voxels, if that is much: finer levels leave it as it is.
 /// \param wanted voxels that finer levels are to resolve
-/// \return what holds the rest, and a few voxels around it; nothing if all is kept
+/// \return the field at the surface of the removed part, with a few voxels around it; null if nothing is removed
 std::shared_ptr<BandedDistances> leaveFarFrom(const VoxelSet& wanted, LevelField& field, Execution& execution);
 
-/// The voxels of two sets on one grid.
+/// The union of two sets on one grid.
 VoxelSet united(const VoxelSet& a, const VoxelSet& b, Execution& execution);
 
-/// The voxels of an observation on the bands' grid.
+/// The voxels of an observation on the bands' grid. \param voxels indices on the lattice, ascending
 VoxelSet voxelSetOf(const std::vector<std::int64_t>& voxels, const GridSize& lattice, const GridSize& grid,
                     Execution& execution);
 
-/// How often a band may grow because the solution left the prediction.
+/// Max number of times that a band is solved, each time grown because the solution left the prediction.
 constexpr int maxBandRounds = 3;
 
-/// The zero level of a solution where observed voxels are close, on the planes [begin, end).
+/// The voxels at the zero level of a solution that are next to observed voxels, on the planes [begin, end).
 VoxelSet zeroLevelAtData(const LevelField& field, int begin, int end, Execution& execution);
 
-/// Where a zero level close to observed voxels meets the rim of the unknowns.
+/// How much of a zero level close to observed voxels touches the rim of the unknowns.
 struct RimCounts {
-  std::int64_t zeroLevel = 0; ///< voxels at it
-  std::int64_t touching = 0;  ///< of them, those with a neighbor that is no unknown
+  std::int64_t zeroLevel = 0; ///< number of voxels at the zero level
+  std::int64_t touching = 0;  ///< number of these with a neighbor that is no unknown
 
-  /// True if the zero level goes on beyond the unknowns: the coarser level has missed a sheet.
+  /// True if the zero level continues beyond the unknowns: the coarser level has missed a sheet.
   bool missSheet() const;
 };
 
-/// \param zeroLevel zeroLevelAtData: far from data sheets end at rims as they please
+/// \param zeroLevel that of zeroLevelAtData(): far from data a sheet may end at the rim
 RimCounts rimCounts(const VoxelSet& unknowns, const VoxelSet& zeroLevel, Execution& execution);
 
 /// A tile of a level: its grids end where it is cut, and some of their planes are its own.
 struct BandTile {
-  bool isCutBelow = false, isCutAbove = false; ///< across z: what reaches the cut goes on beyond it
+  bool isCutBelow = false, isCutAbove = false; ///< at the first and last plane; surfaces continue beyond a cut
   VoxelSet found;                              ///< the zero level that former rounds have found
   TileStep step;                               ///< of its own planes
 };
 
-/// One level of several.
+/// A level to be solved in a band.
 struct BandLevel {
   const std::vector<Lattice>& lattices; ///< of all levels
   std::size_t level;                    ///< ≥ 1
   const LevelObservation& observation;
   Prior prior;
-  BandTile* tile = nullptr; ///< none: the lattices are the whole levels
+  BandTile* tile = nullptr; ///< null: the lattices are those of whole levels
   bool isFirst = false;     ///< the level before is solved everywhere
 
   bool isFinest() const { return level + 1 == lattices.size(); }
 };
 
-/// What a level is on the lattice of the next: the coarser field's interpolation on some voxels, packed.
+/// The interpolation of a coarser field on some voxels of the next lattice, packed.
 PackedValues interpolated(const LevelField& coarse, const Lattice& lattice, const VoxelSet& fine, Execution& execution);
 
-/// The interpolation of a coarser field, changed at the unknowns, and around them as their neighbors are.
-/// \param change per unknown \param reach of the support around them, voxels
+/// The interpolation of a coarser field plus a change at the unknowns, which is continued to the support around them.
+/// \param change per unknown \param reach of the support around the unknowns, voxels
 LevelField fieldOfChange(const LevelField& coarse, const Lattice& lattice, VoxelSet unknowns,
                          const PackedValues& change, int reach, Execution& execution);
 

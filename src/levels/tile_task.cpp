@@ -10,7 +10,7 @@ BOOST_IS_BITWISE_SERIALIZABLE(pcl::mrf::PointSample)
 namespace pcl::mrf {
 namespace {
 
-/// What the tile's own planes have been changed by.
+/// Sets the change of the tile's own planes: the solution minus the interpolation.
 void setChange(const TileInput& tile, const LevelField& field, TileResult& result, Execution& execution)
 {
   result.changed = cutPlanes(field.unknowns, tile.begin, tile.end - tile.begin, execution);
@@ -61,7 +61,7 @@ void serialize(Archive& archive, PointWeights& weights, unsigned)
   serializeAll(archive, weights.value, weights.gradient);
 }
 
-/// Without the threads, which are another process's own.
+/// The threads are left out: the process that solves the tile has its own.
 template <typename Archive>
 void serialize(Archive& archive, LevelPlan& plan, unsigned)
 {

@@ -13,7 +13,7 @@
 namespace pcl::mrf {
 namespace {
 
-/// Planes around a tile from which change is carried on into it, and what tells of its zero level at the rim.
+/// Planes around a tile whose changes are continued into it, and that show whether its zero level touches the rim.
 constexpr int continuedFrom = 8;
 
 /// Planes [begin, end).
@@ -36,17 +36,17 @@ PackedValues cut(const VoxelSet& set, const PackedValues& values, int first, int
   return PackedValues(values.begin() + set.planeFirst(first), values.begin() + set.planeFirst(first + count));
 }
 
-/// Where a tile is. Grids have a margin around their lattice: plane z of the tile's grid is plane z + the first of its
-/// lattice on the whole grid.
+/// The place of a tile. Grids have a margin around their lattice: plane z of the tile's grid is plane z + fine.begin of
+/// the whole grid.
 struct TilePlace {
   Planes coarse, fine; ///< of both lattices, with the halo
-  Planes own;          ///< of the tile's grid on the finest level
+  Planes own;          ///< without the halo, as planes of the tile's grid on the finest level
 };
 
 /// Voxels of consecutive planes.
 struct TileVoxels {
   VoxelSet voxels;
-  int first = 0; ///< plane of the whole grid that plane 0 is
+  int first = 0; ///< plane of the whole grid that is plane 0 of the voxels
 };
 
 /// The same with values.
@@ -104,7 +104,7 @@ private:
     report_.solve.iterations += sums_.iterations;
   }
 
-  /// Makes of what each tile has been changed by what it would have been in the whole level.
+  /// Scales the changes of the tiles from steps of their own lengths to the step of the whole level.
   void takeStepsOfOneLength()
   {
     const double length = sums_.curvature > 0 ? sums_.decrease / sums_.curvature : 0;
@@ -114,7 +114,7 @@ private:
           change *= static_cast<float>(length / lengths_[n]);
   }
 
-  /// The fields of the tiles' own planes. \return whether the coarser level has missed a sheet
+  /// Makes the fields of the tiles' own planes. \return true if the coarser level has missed a sheet
   bool continueTiles(std::vector<TileValues>& fields)
   {
     RimCounts counts;
@@ -132,7 +132,7 @@ private:
       found.push_back(ownPlanes(place, united(foundBefore(place), solved, execution_)));
       for (std::size_t next = n + 1, done = 0; next < changes_.size() && done <= n; ++done)
         if (changes_[done].first + changes_[done].voxels.size().z <= changes_[next].first - continuedFrom)
-          changes_[done].values = PackedValues(); // nothing is carried on from them any more
+          changes_[done].values = PackedValues(); // no other tile needs them any more
     }
     found_ = std::move(found);
     return counts.missSheet();
@@ -140,7 +140,7 @@ private:
 
   const Lattice& fine() const { return level_.points.lattice; }
 
-  /// The first plane of the finer lattice in a plane of the coarser one.
+  /// The first plane of the finer lattice that lies in a plane of the coarser one.
   int firstChild(int plane) const
   {
     if (plane >= coarse_.lattice.size.z)
@@ -160,7 +160,7 @@ private:
     return place;
   }
 
-  /// Tiles with as many unknowns each, as the coarser level foretells them.
+  /// Tiles with about equal numbers of unknowns, as the coarser level predicts them.
   std::vector<TilePlace> choosePlaces() const
   {
     const VoxelSet& unknowns = coarse_.unknowns;
@@ -178,7 +178,7 @@ private:
     return places;
   }
 
-  /// But for what the level before has observed, which the finest does not ask for.
+  /// The coarser field around a tile, without its observed voxels, which the finest level does not need.
   LevelField coarseOf(const TilePlace& place) const
   {
     const int first = place.coarse.begin, count = place.coarse.count() + 2 * gridMargin;
@@ -265,7 +265,7 @@ private:
     return {whole.x, whole.y, place.fine.count() + 2 * gridMargin};
   }
 
-  /// Of a set on a tile's grid.
+  /// The tile's own planes of a set on its grid.
   TileVoxels ownPlanes(const TilePlace& place, const VoxelSet& set) const
   {
     return {cutPlanes(set, place.own.begin, place.own.count(), execution_), place.fine.begin + place.own.begin};
@@ -285,7 +285,7 @@ private:
         0, execution_);
   }
 
-  /// The field of a tile's own planes and some around them, as all tiles have changed them.
+  /// The field of a tile's own planes and of some around them, with the changes of all tiles.
   LevelField continued(const TilePlace& place) const
   {
     const Planes near{std::max(place.own.begin - continuedFrom, 0),
@@ -303,7 +303,7 @@ private:
                          execution_);
   }
 
-  /// The tile that owns a plane of the whole grid; none: no tile does.
+  /// The tile that owns a plane of the whole grid; null if none does.
   template <typename Tile>
   static const Tile* ownerOf(int plane, const std::vector<Tile>& tiles)
   {

@@ -6,8 +6,8 @@
 
 namespace pcl::mrf {
 
-/// Planes of the finest level around a tile that are solved with it. On seven clouds in 3 to 9 tiles the surface is
-/// less than 10⁻⁵ voxels RMS from that of the whole level, .0002 at most; on two of them 32 were no better.
+/// Planes of the finest level on either side of a tile that are solved with it. On seven clouds in 3 to 9 tiles the
+/// surface is less than 10⁻⁵ voxels RMS from that of the whole level, .0002 at most; 32 planes were no better on two.
 constexpr int tileHalo = 16;
 
 /// The finest level of a run, and what it observes.
@@ -18,12 +18,12 @@ struct TiledLevel {
   int tiles; ///< ≥ 1
 };
 
-/// Solves the finest level in a single step like solveNarrowBand, of which it needs a part of the memory.
+/// Solves the finest level in a single step, as solveNarrowBand does, with a part of its memory.
 ///
-/// A tile is a range of planes across z. Each is solved with tileHalo planes around it, and with a step of its own
-/// length; when all are known the steps are corrected to the length that the whole level would have taken. Whether the
-/// coarser level has missed a sheet, so that bands have to grow, all tiles decide together. What a step reaches beyond
-/// the halo is lost in rounding: the field is that of the level as a whole.
+/// A tile is a range of planes across z. Each tile is solved with tileHalo planes around it and with a step of its own
+/// length. When all tiles are solved, their changes are scaled to the length of the step of the whole level. All tiles
+/// together decide whether the coarser level has missed a sheet, so that bands have to grow. A step's effect beyond the
+/// halo is lost in rounding: the field is that of the level solved as a whole.
 /// \param coarse the field of the level before
 /// \return the support and its values only
 LevelField solveInTiles(const TiledLevel& level, const LevelField& coarse, const LevelPlan& plan,

@@ -66,7 +66,7 @@ public:
   }
 
 private:
-  /// Cheapest triangulation of the part first..last that is cut off by the diagonal between these two.
+  /// Finds the cheapest triangulation of the vertices first..last, which the diagonal between these two cuts off.
   void chooseApex(std::size_t first, std::size_t last, double costOfDiagonal)
   {
     double best = std::numeric_limits<double>::infinity();
@@ -95,7 +95,7 @@ private:
   std::vector<std::size_t> apex_;
 };
 
-/// With short diagonals (between the midpoints of the edges), none of them in a face of the cube.
+/// Triangulates a loop with short diagonals, measured between the midpoints of the cube's edges; none is in a face.
 void appendTriangles(const CellTable& table, const Loop& loop, std::vector<std::array<std::uint8_t, 3>>& triangles)
 {
   const LoopTriangles of = triangulateLoop(loop.size(), [&](std::size_t a, std::size_t b) {

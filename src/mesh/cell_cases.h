@@ -15,32 +15,32 @@ struct CellEdge {
   std::uint8_t corner, axis;
 };
 
-/// Polygons of one sign pattern: indices into CellTable::edges, counter-clockwise seen from the positive side.
+/// Polygons of one sign pattern, as indices into CellTable::edges, counter-clockwise seen from the positive side.
 struct CellCase {
-  std::vector<std::array<std::uint8_t, 4>> quads; ///< either diagonal may be taken
+  std::vector<std::array<std::uint8_t, 4>> quads; ///< either diagonal may split one
   std::vector<std::array<std::uint8_t, 3>> triangles;
 };
 
 /// All cases. Bit c of a case is set if corner c is negative.
 struct CellTable {
-  std::vector<CellEdge> edges; ///< by axes, then by corners
+  std::vector<CellEdge> edges; ///< sorted by axis, then by corner
   std::array<CellCase, 256> cases;
 };
 
-/// Cubes: the loops in which the zero level leaves the cell through its faces, triangulated.
+/// The cases of a cube: the zero level cuts the cube's faces in closed loops of segments, which are triangulated.
 ///
-/// On a face whose signs alternate the negative corners are separated. Neighbors see the same four signs, hence the
-/// same segments. No triangulation uses a diagonal between two vertices of one face: the neighbor could use it too,
-/// and the edge would have four triangles. All loops (3 to 7 vertices) can be triangulated so.
+/// On a face with alternating signs the segments separate the two negative corners. The cells on both sides of a face
+/// see the same four signs, hence the same segments. No triangulation uses a diagonal between two vertices of one face:
+/// the neighbor could use it too, and the edge would have four triangles. All loops (3 to 7 vertices) allow that.
 const CellTable& cubeTable();
 
 /// The corners of a cube's face, counter-clockwise seen from outside the cube.
 std::array<int, 4> faceCorners(int axis, int side);
 
 using LoopTriangles = std::vector<std::array<std::size_t, 3>>;
-using DiagonalCost = std::function<double(std::size_t a, std::size_t b)>; ///< infinite: must not be used
+using DiagonalCost = std::function<double(std::size_t a, std::size_t b)>; ///< infinity forbids the diagonal
 
-/// The triangles of a loop that have the cheapest diagonals; none if it cannot do without those that must not be used.
+/// The triangulation of a loop with the lowest sum of diagonal costs; empty if each one needs a forbidden diagonal.
 LoopTriangles triangulateLoop(std::size_t size, const DiagonalCost& costOf);
 
 } // namespace pcl::mrf

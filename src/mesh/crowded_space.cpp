@@ -11,7 +11,7 @@ namespace {
 
 using Eigen::Vector3f;
 
-/// Of the angles between a normal and its cell's mean, and between that and its neighborhood's: together 60° at most.
+/// Cosine of 30°: max angle between a normal and its cell's mean, and between that and the mean of the cells around it.
 constexpr float minCosine = .8660254f;
 
 Eigen::Vector3d lowerCorner(const std::vector<Vector3f>& positions)

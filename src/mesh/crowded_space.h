@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// Where sheets of a surface are so close to each other, or one so folded, that its triangles may meet.
+/// Finds where sheets of a surface are close to each other, or a sheet is folded, so that triangles may intersect.
 #pragma once
 
 #include <pcl/surface/mrf/execution.h>
@@ -12,14 +12,14 @@
 
 namespace pcl::mrf {
 
-/// Cells of a grid around which the normals of a surface differ much.
+/// A grid of cells. A cell is crowded if the normals of the surface in it and in the 26 cells around it differ much.
 ///
-/// Two sheets of a zero level that are close to each other either face opposite ways or have a third one between them
-/// that does. So where all normals within a cell's side of a cell are within 60° of their mean there is one sheet, the
-/// graph of a function above a plane, and triangles that follow it do not meet.
+/// Two close sheets of a zero level face opposite ways, or a third sheet between them faces the other way. So if all
+/// normals in and around a cell are within 60° of their mean, there is one sheet: the graph of a function above a
+/// plane. Triangles that follow it do not intersect.
 class CrowdedSpace {
 public:
-  /// \param normals unit, one per position \param side of the cells, cloud's unit
+  /// \param normals unit length, one per position \param side edge length of a cell, cloud's unit
   /// Cost: linear in the number of positions. The result does not depend on the number of threads.
   CrowdedSpace(const std::vector<Eigen::Vector3f>& positions, const std::vector<Eigen::Vector3f>& normals, float side,
                Execution& execution);
@@ -28,14 +28,14 @@ public:
 
 private:
   struct Cell {
-    Eigen::Vector3f axis = Eigen::Vector3f::Zero(); ///< unit, mean of the normals
-    float cosine = 1;                               ///< to it, the smallest
+    Eigen::Vector3f axis = Eigen::Vector3f::Zero(); ///< unit length, mean of the normals
+    float cosine = 1;                               ///< min cosine between a normal and the axis
     bool isCrowded = false;
   };
 
   bool isCrowdedAround(const CellHash::Cell& place) const;
 
-  CellHash hash_; ///< far cells share one: they look crowded, no more
+  CellHash hash_; ///< cells beyond its end share one, which may look crowded: no harm
   std::vector<Cell> cells_;
 };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// What polygonizers ask of a lattice: the signs at its cells, 64 at a time, and where its edges are crossed.
+/// Helpers of the polygonizers: the signs at the corners of 64 cells at a time, and zero crossings on lattice edges.
 #pragma once
 
 #include <pcl/surface/mrf/distance_field.h>
@@ -21,8 +21,8 @@ struct CellWord {
   std::array<Word, 8> corners;
   Word cut;
 
-  /// \param signs shifted(w, dx, j, k): of the voxels (i + dx, j, k) for the 64 voxels i of word w; inRow(w, dx): those
-  /// of which i + dx is in the row
+  /// \param signs has shifted(w, dx, j, k): sign bits of the voxels (i + dx, j, k) for the 64 voxels i of word w; and
+  /// inRow(w, dx): bits of the voxels i for which i + dx is in the row
   template <typename Signs>
   CellWord(const Signs& signs, int w, int j, int k)
   {
@@ -45,26 +45,26 @@ struct CellWord {
   }
 };
 
-/// Where edges of a lattice, or lines of several, cross the zero level.
+/// Positions where edges of a lattice, or lines of several edges, cross the zero level.
 class EdgeCrossings {
 public:
   explicit EdgeCrossings(const Lattice& lattice) : lattice_(lattice), margin_(marginOf(lattice)) {}
 
-  /// \param from, to its ends, in voxels \param start, end the distances there, of different signs
+  /// \param from, to ends of the edge, in voxels \param start, end signed distances there, of different signs
   Eigen::Vector3f position(const Eigen::Array3d& from, const Eigen::Array3d& to, double start, double end) const
   {
     const double share = start / (start - end);
-    // Written so that a NaN, from a field that is not finite, gives a position on the edge as well.
+    // A NaN, from a field that is not finite, fails the comparison and gives a position on the edge as well.
     const double inside = share > margin_ ? std::min(share, 1 - margin_) : margin_;
     return (lattice_.origin.array() + lattice_.spacing * (from + inside * (to - from))).cast<float>();
   }
 
 private:
-  /// How close to the ends of its edge a vertex may be, as a share of the edge.
+  /// Min distance of a vertex from the ends of its edge, as a share of the edge.
   ///
-  /// Points on different edges of a cube are collinear only if one lies on an edge between corners that the two others
-  /// have reached. With a margin m the flattest such triangle has the quality 4 m². Rounding to
-  /// float moves a vertex by half a unit in the last place r per axis; the second term keeps m well above it.
+  /// Points on three edges of a cube are collinear only if two of them are at corners, and the third is on the edge
+  /// between these corners. With a margin m the flattest triangle has the quality 4 m². Rounding to float moves a
+  /// vertex by half a unit in the last place per axis; the second term keeps m well above that.
   static double marginOf(const Lattice& lattice)
   {
     const GridSize& size = lattice.size;

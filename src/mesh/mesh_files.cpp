@@ -19,7 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Of the types that a field of a cloud may have, those of 64-bit whole numbers fit no file.
+/// The type as which a field is written. 64-bit integers become doubles, as files have no such integers.
 std::uint8_t writtenType(const VertexField& field, bool inSinglePrecision)
 {
   switch (field.type) {
@@ -70,12 +70,12 @@ void writeValue(const VertexField& field, std::size_t vertex, bool inSinglePreci
     return as(float{});
   case PCLPointField::FLOAT64:
     return as(double{});
-  default: // which nameOf has refused
+  default: // nameOf has thrown for it
     return;
   }
 }
 
-/// The corners of all polygons, one polygon after the other: visit(corners).
+/// Calls visit(corners) for each polygon. \throw FileError if a corner is no vertex of the mesh
 template <typename Visit>
 void forPolygons(const MeshView& mesh, const Visit& visit)
 {
@@ -99,7 +99,7 @@ const VertexField* find(const MeshView& mesh, const std::string& name)
 
 using Triple = std::array<const VertexField*, 3>;
 
-/// Three fields of one type that belong together; nullptr if one is missing.
+/// Three fields that belong together; all nullptr if one is missing or their types differ.
 Triple findAll(const MeshView& mesh, const std::array<const char*, 3>& names)
 {
   const Triple fields = {find(mesh, names[0]), find(mesh, names[1]), find(mesh, names[2])};
@@ -115,7 +115,7 @@ Triple requirePosition(const MeshView& mesh)
   return position;
 }
 
-/// What files call the types that are written.
+/// The names of a type in the files.
 struct TypeName {
   std::uint8_t type;
   const char *ply, *vtk;
@@ -170,7 +170,7 @@ void writePointData(const MeshView& mesh, const Triple& position, ByteWriter& fi
     file.text("NORMALS normals " + typeOf(*normals[0]) + "\n");
     values(normals);
   }
-  // Not as SCALARS, which viewers take for what colors the mesh.
+  // Not as SCALARS, by which viewers would color the mesh.
   if (!others.empty())
     file.text("FIELD FieldData " + std::to_string(others.size()) + "\n");
   for (const VertexField* other : others) {
@@ -193,7 +193,7 @@ MeshView viewOf(const pcl::PolygonMesh& mesh)
       view.fields.push_back({name, cloud.data.data() + field.offset + offset, cloud.point_step, type});
     };
     if (field.name == "_")
-      continue; // room between fields
+      continue; // padding between fields
     if (field.name == "rgb" || field.name == "rgba") {
       add("red", 2, PCLPointField::UINT8);
       add("green", 1, PCLPointField::UINT8);
@@ -215,13 +215,13 @@ MeshView viewOf(const pcl::PolygonMesh& mesh)
   return view;
 }
 
-/// \param caller the function that messages name
+/// \param caller name of the function, for error messages
 int save(const char* caller, const std::string& path, const pcl::PolygonMesh& mesh,
          void (*write)(const MeshView&, const std::string&))
 {
   try {
     std::error_code error;
-    const fs::path target = fs::weakly_canonical(path, error); // renaming would replace a link
+    const fs::path target = fs::weakly_canonical(path, error); // the link's target, as renaming would replace the link
     if (error)
       throw FileError("cannot be written: " + error.message());
     const auto writeTo = [&](const std::string& file) { write(viewOf(mesh), file); };

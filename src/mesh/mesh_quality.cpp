@@ -30,7 +30,7 @@ struct Corners {
   double area() const { return (b - a).cross(c - a).norm() / 2; }
   double volume() const { return a.dot(b.cross(c)) / 6; }
 
-  /// With the area A, the sides' product p and half their sum s: inradius A/s, circumradius p/(4A).
+  /// 2 · inradius / circumradius. With the area A, the sides' product p and half their sum s, these are A/s and p/(4A).
   double quality() const
   {
     const double sideA = (b - c).norm(), sideB = (c - a).norm(), sideC = (a - b).norm(), twice = 2 * area();
@@ -39,7 +39,7 @@ struct Corners {
   }
 };
 
-/// What is summed over triangles.
+/// Sums over triangles.
 struct TriangleSums {
   double area = 0, squaredArea = 0, volume = 0, quality = 0, minQuality = 1;
   std::int64_t degenerate = 0;
@@ -75,7 +75,7 @@ struct TriangleSums {
 
 constexpr std::int64_t qualityGrain = 16384;
 
-/// Those of all parts, added in their order.
+/// The sum of all parts, added in order.
 template <typename Sums>
 Sums total(const std::vector<Sums>& parts)
 {
@@ -105,13 +105,13 @@ void measureTriangles(const TriangleMesh& mesh, MeshStatistics& statistics, Exec
     statistics.areaDeviation = std::sqrt(std::max(sums.squaredArea / count - meanArea * meanArea, 0.)) / meanArea;
 }
 
-/// What is summed over vertices. An edge counts at its smaller vertex.
+/// Sums over vertices. An edge counts at the vertex with the smaller index.
 struct VertexSums {
   std::int64_t edges = 0, finiteEdges = 0, boundaryEdges = 0, nonManifoldEdges = 0, nonManifoldVertices = 0;
   double lengths = 0, shortest = std::numeric_limits<double>::infinity(), longest = 0;
   std::array<std::int64_t, 16> valences{};
   std::vector<std::int32_t> boundarySides;
-  std::vector<std::array<std::int32_t, 2>> boundaryJoins; ///< sides of the boundary that continue in each other
+  std::vector<std::array<std::int32_t, 2>> boundaryJoins; ///< pairs of boundary sides that share a vertex
 
   void add(const VertexSums& other)
   {
@@ -143,7 +143,7 @@ void countEdge(const TriangleMesh& mesh, std::int32_t from, std::int32_t to, Ver
   sums.longest = std::max(sums.longest, length);
 }
 
-/// Around a vertex on the boundary, or where the mesh is no manifold. Joins the fans over edges with two sides.
+/// Counts the edges of a vertex that is on the boundary or not manifold. Joins its fans over edges with two sides.
 void countEdges(const TriangleMesh& mesh, std::int32_t vertex, Ring& ring, VertexSums& sums)
 {
   bool isCrowded = false;
@@ -161,7 +161,7 @@ void countEdges(const TriangleMesh& mesh, std::int32_t vertex, Ring& ring, Verte
   sums.nonManifoldVertices += ring.joinFans(false) > 1 || isCrowded ? 1 : 0;
 }
 
-/// A boundary side continues in the one that ends the same fan. \pre the fans over edges with two sides are joined
+/// Joins the two boundary sides of each fan to a loop. \pre the fans over edges with two sides are joined
 void joinBoundary(const Ring& ring, VertexSums& sums)
 {
   std::map<std::int32_t, std::int32_t> sideOfFan;
@@ -175,7 +175,7 @@ void joinBoundary(const Ring& ring, VertexSums& sums)
   }
 }
 
-/// \param triangles are joined over shared edges
+/// \param triangles will be joined over shared edges
 VertexSums countVertices(const TriangleMesh& mesh, DisjointSets& triangles, Execution& execution)
 {
   return total(partsOfRings<VertexSums>(mesh, {}, execution, [&](VertexSums& sums, Ring& ring, std::int32_t vertex) {

@@ -27,11 +27,11 @@ VertexCorners groupCorners(const TriangleMesh& mesh, const std::vector<std::uint
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
       if ((isMember.empty() || isMember[t]) && hasValidIndices(mesh, t))
         for (std::size_t i = 0; i < 3; ++i)
-          if (const std::size_t n = mesh.triangles[t][i] - first; n < count) // those before the first wrap around
+          if (const std::size_t n = mesh.triangles[t][i] - first; n < count) // smaller ones wrap around
             visit(n, static_cast<std::int32_t>(3 * t + i));
   };
   VertexCorners result;
-  // Counted one place ahead, so that filling moves each vertex's position from its begin to its end.
+  // begin[n + 1] is first the begin of vertex n. Filling moves it to the end of vertex n.
   result.begin.assign(count + 2, 0);
   forMembers([&](std::size_t n, std::int32_t) { ++result.begin[n + 2]; });
   std::partial_sum(result.begin.begin(), result.begin.end(), result.begin.begin());
@@ -69,7 +69,7 @@ bool Ring::closes() const
   const std::size_t count = following_.size();
   if (count < 3 || count > 32)
     return false;
-  // Back at the first triangle after exactly `count` steps, each to the only triangle that follows: all were met.
+  // If the walk comes back to the first triangle after exactly `count` steps, it has visited every triangle once.
   std::size_t i = 0;
   for (std::size_t steps = 1;; ++steps) {
     std::size_t next = 0;
@@ -123,7 +123,7 @@ std::int32_t Ring::joinFans(bool overCrowdedEdges)
   }
   std::int32_t count = 0;
   for (std::int32_t i = 0; i < size(); ++i) {
-    fans_[i] = fans_[fans_[i]]; // the fan's first triangle comes first and is settled
+    fans_[i] = fans_[fans_[i]]; // the fan's first triangle came before and is final
     count += fans_[i] == i ? 1 : 0;
   }
   return count;
@@ -149,7 +149,7 @@ std::int32_t numberComponents(const TriangleMesh& mesh, const std::vector<std::u
   });
   std::int32_t count = 0;
   for (std::size_t t = 0; t < componentOfTriangle.size(); ++t)
-    if (std::int32_t& component = componentOfTriangle[t]; component >= 0) // its first triangle, which has a number
+    if (std::int32_t& component = componentOfTriangle[t]; component >= 0) // the first triangle of t's component
       component = static_cast<std::size_t>(component) == t ? count++ : componentOfTriangle[component];
   return count;
 }
@@ -173,7 +173,7 @@ std::int32_t groupTriangles(const TriangleMesh& mesh, const std::vector<std::uin
 
 void splitFans(TriangleMesh& mesh)
 {
-  // Corners to be split off and the first ones of their fans, in their order.
+  // Pairs of a corner to be split off and the first corner of its fan.
   std::vector<std::pair<std::int32_t, std::int32_t>> apart;
   {
     const VertexCorners corners = groupCorners(mesh);
@@ -195,7 +195,7 @@ void splitFans(TriangleMesh& mesh)
   const auto vertexAt = [&](std::int32_t corner) -> std::int32_t& { return mesh.triangles[corner / 3][corner % 3]; };
   for (const auto& [corner, fan] : apart) {
     if (corner != fan) {
-      vertexAt(corner) = vertexAt(fan); // has its copy already: a fan's first corner comes first
+      vertexAt(corner) = vertexAt(fan); // has the copy already: the first corner of a fan comes first
       continue;
     }
     const std::int32_t v = vertexAt(corner);

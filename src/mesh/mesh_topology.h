@@ -44,21 +44,21 @@ void forTriangles(const TriangleMesh& mesh, Execution& execution, const Body& bo
 
 /// The corners at each vertex of a range: corner 3 t + i is the i-th of triangle t.
 struct VertexCorners {
-  std::vector<std::int32_t> begin;   ///< vertex first + n owns corners[begin[n]] .. corners[begin[n + 1]]
+  std::vector<std::int32_t> begin;   ///< vertex first + n owns corners[begin[n]] .. corners[begin[n + 1] - 1]
   std::vector<std::int32_t> corners; ///< ascending within a vertex
-  std::int32_t first = 0;            ///< of the range
+  std::int32_t first = 0;            ///< first vertex of the range
 };
 
-/// Groups the corners of the triangles that have valid indices and, unless the flags are empty, a flag that is set.
-/// \param first, count of the vertices that are asked for \throw ResourceLimit if the mesh has too many triangles for
-/// 32-bit corner numbers
+/// Groups the corners of triangles by vertex, without triangles that have invalid indices.
+/// \param isMember flags of the triangles to use; empty: all \param first, count range of the vertices
+/// \throw ResourceLimit if the mesh has too many triangles for 32-bit corner numbers
 VertexCorners groupCorners(const TriangleMesh& mesh, const std::vector<std::uint8_t>& isMember = {},
                            std::size_t first = 0, std::size_t count = std::numeric_limits<std::size_t>::max());
 
-/// The triangles around one vertex, and the edges between them that end there.
+/// The triangles around one vertex, and their edges that end there.
 ///
 /// Every triangle of the ring has two sides at the vertex: one that starts there (outgoing) and one that ends there.
-/// Sides that lead to the same vertex lie on one edge. Meant to be reused from vertex to vertex.
+/// Sides with the same other end lie on one edge. One object should be reused for many vertices.
 class Ring {
 public:
   struct Side {
@@ -66,7 +66,7 @@ public:
     std::int32_t at; ///< number of its triangle in the ring
     bool isOutgoing;
   };
-  /// Sides on one edge: ascending by their triangles.
+  /// The sides on one edge, sorted by triangle.
   struct Edge {
     const Side* begin;
     const Side* end;
@@ -78,19 +78,19 @@ public:
 
   std::int32_t size() const { return static_cast<std::int32_t>(following_.size()); }
   std::int32_t corner(std::int32_t i) const { return corners_[i]; }
-  /// The vertex that follows in triangle i: over all triangles of a closed fan, every neighbor once.
+  /// The vertex after this one in triangle i. In a closed fan each neighbor follows in exactly one triangle.
   std::int32_t following(std::int32_t i) const { return following_[i]; }
-  /// The side's number: that of the corner it starts from.
+  /// The number of a side is that of the corner where it starts.
   std::int32_t sideNumber(const Side& side) const;
 
-  /// True if the triangles form one closed fan of at most 32 with one orientation: then nothing else needs a look.
+  /// True if the triangles, at most 32, form one closed, oriented fan. Then edges and fans need not be found.
   bool isClosedFan() const { return isClosedFan_; }
 
-  /// Finds the edges; needed by what follows. Cost: n log n.
+  /// Finds the edges, which the functions below need. Cost: n log n.
   void findEdges();
   const std::vector<Edge>& edges() const { return edges_; }
 
-  /// Joins triangles over edges with two sides, or over those with more as well. \return the number of fans
+  /// Joins triangles to fans over edges with two sides, and with more if overCrowdedEdges. \return the number of fans
   std::int32_t joinFans(bool overCrowdedEdges);
   /// The first triangle of the fan that triangle i belongs to. \pre joinFans
   std::int32_t fan(std::int32_t i) const { return fans_[i]; }
@@ -106,9 +106,9 @@ private:
   std::vector<Edge> edges_;
 };
 
-/// Calls body(part, ring, vertex) for all vertices; each range of them has a part of its own. \param isMember triangles
-/// of the rings: all, if there are no flags \param atATime vertices whose corners are grouped: those of all take more
-/// memory than the mesh \return the parts, in the order of the ranges \throw ResourceLimit as groupCorners; Cancelled
+/// Calls body(part, ring, vertex) for all vertices. Each range of vertices has its own part. \return the parts in order
+/// \param isMember flags of the triangles in the rings; empty: all \param atATime number of vertices whose corners are
+/// grouped at once: the corners of all take more memory than the mesh \throw ResourceLimit as groupCorners; Cancelled
 template <typename Part, typename Body>
 std::vector<Part> partsOfRings(const TriangleMesh& mesh, const std::vector<std::uint8_t>& isMember,
                                Execution& execution, const Body& body, std::size_t atATime = std::size_t{1} << 21)
@@ -130,17 +130,17 @@ std::vector<Part> partsOfRings(const TriangleMesh& mesh, const std::vector<std::
   return parts;
 }
 
-/// Joins the triangles of a ring that hang together over shared edges. May be called concurrently.
-/// \pre the ring has its edges unless it is a closed fan
+/// Joins the triangles of a ring that are connected over shared edges. May be called concurrently.
+/// \pre Ring::findEdges() was called, unless the ring is a closed fan
 void joinTriangles(Ring& ring, DisjointSets& triangles);
 
-/// The component of each triangle with valid indices and, unless the flags are empty, a flag that is set: components
-/// are numbered by their first triangle, −1 for others. \param triangles joined ring by ring \return how many there are
+/// Numbers the component of each triangle, in the order of the components' first triangles; −1 for triangles with
+/// invalid indices or without a flag. \param triangles joined ring by ring \return the number of components
 std::int32_t numberComponents(const TriangleMesh& mesh, const std::vector<std::uint8_t>& isMember,
                               DisjointSets& triangles, Execution& execution,
                               std::vector<std::int32_t>& componentOfTriangle);
 
-/// Components of the member triangles (all, if there are no flags) over shared edges.
+/// Numbers the components, connected over shared edges, of the triangles with a flag (of all, if there are no flags).
 /// \param isTorn receives whether the members around some vertex fall into several fans
 std::int32_t groupTriangles(const TriangleMesh& mesh, const std::vector<std::uint8_t>& isMember, Execution& execution,
                             std::vector<std::int32_t>& componentOfTriangle, bool& isTorn);

@@ -23,18 +23,18 @@
 namespace pcl::mrf {
 namespace {
 
-using Place = CellHash::Cell; ///< of a voxel of the finest lattice, or of a cell of one size among those
+using Place = CellHash::Cell; ///< index of a voxel of the finest lattice, or of a cell of one level
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
-/// The cells of one size, 2^level voxel sides of the finest lattice, between voxels at multiples of that.
+/// The cells of one level. Their side is 2^level voxels of the finest lattice, their corners are at multiples of that.
 struct Octants {
   GridSize grid;
-  VoxelSet stored; ///< those that a band of such voxels holds; of the finest their lowest voxels
-  VoxelSet split;  ///< those that hold smaller ones
+  VoxelSet stored; ///< cells of the band with voxels of this size; at level 0 by their lowest voxels
+  VoxelSet split;  ///< cells that are divided into smaller ones
 };
 
-/// Sets the cells of a size that hold those of a set, which are half as large.
+/// Sets the cells of a plane that contain cells of a set, which are half as large.
 void addParents(const VoxelSet& set, int z, MaskPlane& mask)
 {
   for (int plane = 2 * z; plane < std::min(2 * z + 2, set.size().z); ++plane)
@@ -45,7 +45,7 @@ void addParents(const VoxelSet& set, int z, MaskPlane& mask)
       }
 }
 
-/// Sets the cells in those of a set, which are 2^levels times as large.
+/// Sets the cells of a plane that lie inside cells of a set, which are 2^levels times as large.
 void addInside(const VoxelSet& set, int levels, int z, MaskPlane& mask)
 {
   const int plane = z >> levels;
@@ -57,7 +57,7 @@ void addInside(const VoxelSet& set, int levels, int z, MaskPlane& mask)
     }
 }
 
-/// Calls visit(x, y) for what is set.
+/// Calls visit(x, y) for all bits that are set.
 template <typename Visit>
 void forBits(const MaskPlane& mask, const Visit& visit)
 {
@@ -92,19 +92,19 @@ Place unit(int axis)
   return Place(axis == 0, axis == 1, axis == 2);
 }
 
-/// A corner or a child of a cube by three bits.
+/// Offset of a corner or a child of a cube; bits 0, 1 and 2 are x, y and z.
 Place offset(int bits)
 {
   return Place(bits & 1, bits >> 1 & 1, bits >> 2 & 1);
 }
 
-/// The cells of a plane that hold no smaller ones.
+/// The cells of a plane that are not split.
 struct CellPlane {
   MaskPlane cells;
-  MaskPlane inLarger; ///< what is in a larger one that is stored, if it is here beside smaller ones or not
+  MaskPlane inLarger; ///< cells inside larger stored cells, whether those are split or not
 };
 
-/// The cells of all sizes that the surface is cut out of.
+/// The cells of all levels that the surface is extracted from.
 class Octree {
 public:
   Octree(const DistanceField& field, Execution& execution) : field_(field), execution_(execution)
@@ -116,7 +116,7 @@ public:
           [&](int z, MaskPlane& mask) {
             octants_[level].stored.rasterize(z, mask);
             mask.unite(inLargerAt(level, z));
-            mask.subtract(completeAt(level, z)); // smaller cells come closer to the lattice's border
+            mask.subtract(completeAt(level, z)); // at the lattice's border smaller cells come closer to it
             addParents(octants_[level - 1].stored, z, mask);
             if (level > 1)
               addParents(octants_[level - 1].split, z, mask);
@@ -147,7 +147,7 @@ public:
     return plane;
   }
 
-  /// Where the distance is negative at corners of cells. \param corners in a plane
+  /// The corners in plane z where the distance is negative. \param corners those to look at
   MaskPlane negatives(int level, int z, const MaskPlane& corners) const
   {
     const auto own = static_cast<std::size_t>(level);
@@ -175,7 +175,7 @@ public:
     return field_.distance(static_cast<int>(voxel.x()), static_cast<int>(voxel.y()), static_cast<int>(voxel.z()));
   }
 
-  /// True if one of the cells around a face or an edge is split. \param across bits of the axes that these lie across
+  /// True if one of the cells around a face or an edge is split. \param across bits of the axes that it is normal to
   bool isSplit(const Place& lowest, int level, int across) const
   {
     const Place cell(lowest.x() >> level, lowest.y() >> level, lowest.z() >> level);
@@ -191,7 +191,7 @@ private:
     return cells.contains(static_cast<int>(cell.x()), static_cast<int>(cell.y()), static_cast<int>(cell.z()));
   }
 
-  /// The voxels of a band as cells: the center of a coarser voxel is in one cell of its size.
+  /// The voxels of a band as cells: the center of a coarser voxel lies in one cell of the same size.
   VoxelSet cellsOf(const DistanceField& band, const GridSize& grid) const
   {
     const Lattice &lattice = band.lattice(), &finest = field_.lattice();
@@ -241,7 +241,7 @@ private:
     return complete;
   }
 
-  /// The cells of a plane that are in larger ones that are stored.
+  /// The cells of a plane inside larger stored cells.
   MaskPlane inLargerAt(std::size_t level, int z) const
   {
     MaskPlane inLarger(octants_[level].grid);
@@ -252,13 +252,13 @@ private:
 
   const DistanceField& field_;
   Execution& execution_;
-  std::vector<Octants> octants_; ///< by level; those of level 0 are the field's
+  std::vector<Octants> octants_; ///< by level; level 0 has the finest voxels
 };
 
-/// The surface in some planes of cells of one size.
+/// The surface in some planes of cells of one level.
 class PlaneMesher {
 public:
-  /// \param besideSmaller the cells of the size with smaller ones around them
+  /// \param besideSmaller the cells of the level that touch smaller ones
   PlaneMesher(const Octree& octree, int level, int begin, int end, const VoxelSet& besideSmaller)
       : octree_(octree), crossings_(octree.field().lattice())
   {
@@ -284,7 +284,7 @@ public:
 
   const TriangleMesh& mesh() const { return mesh_; }
 
-  /// Calls visit(vertex, edge) for all vertices in their order. Those within a cell have no edge.
+  /// Calls visit(vertex, edge) for all vertices in order. A vertex inside a cell has no edge.
   template <typename Visit>
   void forVertices(const Visit& visit) const
   {
@@ -342,7 +342,7 @@ private:
     return (mesh_.vertices[a] - mesh_.vertices[b]).squaredNorm();
   }
 
-  /// A cell without smaller ones around it.
+  /// Adds the triangles of a cell that touches no smaller cells.
   void addCase(std::size_t signs, const Place& lowest, std::int64_t side)
   {
     const CellCase& cell = table_.cases[signs];
@@ -361,13 +361,13 @@ private:
       mesh_.triangles.push_back({vertex(triangle[0]), vertex(triangle[1]), vertex(triangle[2])});
   }
 
-  /// Where the zero level crosses an edge of a cell: the vertex, and the cell's faces that it is in, by bits.
+  /// A zero crossing on an edge of a cell: its vertex, and bits of the cell's faces that contain the vertex.
   struct Crossing {
     std::int32_t vertex = -1;
     int faces = 0;
   };
 
-  /// A cell as its smaller neighbors see it: its faces and edges are divided as theirs are.
+  /// Adds the triangles of a cell that touches smaller cells: its faces and edges are divided like theirs.
   void addAtSeam(const Place& lowest, int level)
   {
     segments_.clear();
@@ -395,7 +395,7 @@ private:
     Place lowest, highest;
   };
 
-  /// Adds the segments in a part of a cell's face, or in those of its smaller neighbors.
+  /// Adds the segments in a cell's face or a part of it; if a neighbor there is smaller, in each of its faces.
   void addFace(const Place& lowest, int level, int face, const Ends& cell)
   {
     const std::array<int, 4> corners = faceCorners(face / 2, face % 2);
@@ -456,7 +456,7 @@ private:
   void addLoop(const std::vector<Crossing>& loop)
   {
     if (loop.size() < 3)
-      return; // there and back along an edge that is crossed twice: its other cells meet there
+      return; // a line there and back along an edge crossed twice: its other cells meet there
     const LoopTriangles triangles = triangulateLoop(loop.size(), [&](std::size_t a, std::size_t b) {
       return loop[a].faces & loop[b].faces ? infinity : squaredLength(loop[a].vertex, loop[b].vertex);
     });
@@ -476,15 +476,15 @@ private:
   const Octree& octree_;
   const EdgeCrossings crossings_;
   const CellTable& table_ = cubeTable();
-  CellHash voxels_{Eigen::Vector3d::Zero(), 1}, edges_{Eigen::Vector3d::Zero(), 1}; ///< that were asked for
-  std::vector<std::uint8_t> areNegative_;                                           ///< by numbers of voxels
-  std::vector<std::int32_t> vertexOf_;                                              ///< by numbers of edges
-  std::vector<Place> nodes_;                                                        ///< around a face
+  CellHash voxels_{Eigen::Vector3d::Zero(), 1}, edges_{Eigen::Vector3d::Zero(), 1}; ///< used so far
+  std::vector<std::uint8_t> areNegative_;                                           ///< by number in voxels_
+  std::vector<std::int32_t> vertexOf_;                                              ///< by number in edges_
+  std::vector<Place> nodes_;                                                        ///< voxels around a face
   std::vector<std::pair<Crossing, Crossing>> segments_;
   TriangleMesh mesh_;
 };
 
-/// The surfaces of planes, one after the other: what they have on the same edge is one vertex.
+/// Appends the surfaces of planes one after the other. Vertices on the same edge become one vertex.
 class JoinedPlanes {
 public:
   /// \throw ResourceLimit
@@ -510,7 +510,7 @@ public:
       mesh_.triangles.push_back({joined[t[0]], joined[t[1]], joined[t[2]]});
   }
 
-  /// Without the vertices that no triangle has, and with a vertex for each fan.
+  /// The mesh without unused vertices, and with one vertex for each fan of triangles.
   TriangleMesh mesh() const
   {
     TriangleMesh mesh = select(mesh_, std::vector<std::uint8_t>(mesh_.triangles.size(), 1));
@@ -520,11 +520,11 @@ public:
 
 private:
   CellHash edges_{Eigen::Vector3d::Zero(), 1};
-  std::vector<std::int32_t> vertexOf_; ///< by numbers of edges
+  std::vector<std::int32_t> vertexOf_; ///< by number in edges_
   TriangleMesh mesh_;
 };
 
-/// Planes of cells that are worked on together: so few that all threads have some, so many that few are shared.
+/// Planes of cells per PlaneMesher: few, so that every thread gets some; but neighbors repeat the plane between them.
 constexpr int grainPlanes = 16;
 
 } // namespace

@@ -8,9 +8,10 @@
 
 namespace pcl::mrf {
 
-/// As polygonize() does. Cells are as large as the voxels of the band that holds them, a power of two on the finest
-/// lattice. Cells of different size see the same vertices on the edges that they share, and the same segments between
-/// them, so that the mesh has no cracks. \pre the field's axes are those of its storage, and it has a coarser band
+/// polygonize() for a field with coarser bands. A cell has the size of the voxels of the band that holds it: a power of
+/// two times the finest. Cells of different sizes use the same vertices on the edges that they share, and the same
+/// segments between them, so that the mesh has no cracks.
+/// \pre the field's axes are in the order of its storage, and it has a coarser band
 TriangleMesh polygonizeOctree(const DistanceField& field, Execution& execution);
 
 } // namespace pcl::mrf

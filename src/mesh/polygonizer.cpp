@@ -68,7 +68,7 @@ private:
 /// each word. An edge's number is found by counting bits, so that no table of one index per edge is needed.
 class CutEdges {
 public:
-  /// \pre signs cover one plane more than these, if the lattice has it
+  /// \pre signs cover these planes and the next one, if the lattice has it
   CutEdges(const SignBits& signs, GridSize size, PlaneRange planes)
       : signs_(signs), size_(size), cut_(3 * signs.index(0, 0, planes.end), 0), first_(cut_.size(), 0)
   {}
@@ -129,7 +129,7 @@ std::int64_t accumulate(std::vector<std::int64_t>& counts, const char* what)
     total += count;
     count = before;
   }
-  // Sides of triangles are numbered as well, three each.
+  // The three sides of each triangle are numbered as well.
   if (total > std::numeric_limits<std::int32_t>::max() / 3)
     throw ResourceLimit("the zero level has " + std::to_string(total) + ' ' + what +
                         ", more than 32-bit indices can tell apart; use larger voxels");
@@ -144,7 +144,7 @@ public:
 
   TriangleMesh run()
   {
-    // Signs and edges are found again in each pass: for all planes at once they would take more than the field.
+    // Each pass computes signs and edges again: kept for all planes, they would take more memory than the field.
     firstVertex_.resize(size_.z);
     std::vector<std::int64_t> firstTriangle(firstVertex_);
     forPieces([&](PlaneRange planes) {
@@ -175,7 +175,7 @@ public:
       for (int k = planes.begin; k < std::min(planes.end, size_.z - 1); ++k)
         writeTriangles(signs, edges, k, mesh_.triangles.data() + firstTriangle[k]);
     });
-    // Around a missing cell, edges may be left without a triangle, and others with triangles on two sides of the gap.
+    // Around a missing cell, vertices may have no triangle, or triangles on two sides of the gap.
     if (cellsMissing_) {
       mesh_ = select(mesh_, std::vector<std::uint8_t>(mesh_.triangles.size(), 1));
       splitFans(mesh_);
@@ -264,12 +264,12 @@ private:
   Execution& execution_;
   GridSize size_;
   EdgeCrossings crossings_;
-  std::vector<std::int64_t> firstVertex_; ///< of the edges that start in each plane
+  std::vector<std::int64_t> firstVertex_; ///< on the edges that start in each plane
   std::atomic<bool> cellsMissing_{false};
   TriangleMesh mesh_;
 };
 
-/// \pre the axes are those of the storage
+/// \pre the field's axes are in the order of its storage
 TriangleMesh polygonizeStored(const DistanceField& field, Execution& execution)
 {
   return field.coarserBand() ? polygonizeOctree(field, execution) : Polygonizer(field, execution).run();

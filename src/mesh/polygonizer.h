@@ -11,10 +11,10 @@ namespace pcl::mrf {
 
 /// Extracts the zero level.
 ///
-/// d < 0 is inside. A vertex sits on each edge of the lattice whose ends differ in sign, at the
-/// linear zero crossing kept inside (0, 1); edges are the keys, so that cells share vertices exactly. The mesh is
-/// oriented, has no degenerate triangle, no non-manifold edge and no non-manifold vertex, and is closed except where
-/// the zero level leaves the field's cells. Sets vertices and triangles only, of a field in pieces those of all.
+/// d < 0 is inside. Each lattice edge whose ends differ in sign has one vertex, at the linear zero crossing, which is
+/// kept away from the ends; all cells around the edge share it. The mesh is oriented, has no degenerate triangle, no
+/// non-manifold edge and no non-manifold vertex, and is closed except where the zero level leaves the field's cells.
+/// Only vertices and triangles are set. A field in pieces gives one mesh of all pieces.
 /// \return an empty mesh if no cell contains a sign change
 /// Cost: linear in the number of cells. The result does not depend on the number of threads.
 TriangleMesh polygonize(const DistanceField& field, Execution& execution);

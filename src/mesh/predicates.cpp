@@ -8,11 +8,11 @@
 namespace pcl::mrf {
 namespace {
 
-/// Bound on the relative rounding error of the double evaluations, against the sum of the terms' magnitudes: seven
-/// roundings of 2⁻⁵³ in the longest chain, rounded up.
+/// Max rounding error of a determinant in double, relative to the sum of the magnitudes of its terms: seven roundings
+/// of 2⁻⁵³ in the longest chain, rounded up.
 constexpr double filter = 1e-15;
 
-/// Differences of coordinates are multiples of 2⁻⁵³ of the largest: sums of products of three are exact.
+/// Exact for sums of products of three differences of coordinates, which are multiples of 2⁻⁵³ of the largest one.
 using Exact =
     boost::multiprecision::number<boost::multiprecision::cpp_bin_float<256, boost::multiprecision::digit_base_2>,
                                   boost::multiprecision::et_off>;

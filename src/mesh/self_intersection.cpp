@@ -16,12 +16,12 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-/// Closed segments in the plane.
+/// True if two closed segments in the plane, a b and c d, meet.
 bool segmentsMeet(const Vector2d& a, const Vector2d& b, const Vector2d& c, const Vector2d& d)
 {
   const int abc = orientation(a, b, c), abd = orientation(a, b, d);
   const int cda = orientation(c, d, a), cdb = orientation(c, d, b);
-  if (abc == 0 && abd == 0 && cda == 0 && cdb == 0) // on one line: their boxes tell
+  if (abc == 0 && abd == 0 && cda == 0 && cdb == 0) // on one line: compare their boxes
     return (a.cwiseMin(b).array() <= c.cwiseMax(d).array()).all() &&
            (c.cwiseMin(d).array() <= a.cwiseMax(b).array()).all();
   return abc * abd <= 0 && cda * cdb <= 0;
@@ -29,7 +29,7 @@ bool segmentsMeet(const Vector2d& a, const Vector2d& b, const Vector2d& c, const
 
 using Corners = std::array<Vector3d, 3>;
 
-/// The coordinate plane in which a triangle is not seen edge-on, or none.
+/// The projection to a coordinate plane in which a triangle is not seen edge-on.
 struct Projection {
   int first = 0, second = 0;
   int turn = 0; ///< orientation of the projected triangle; 0: the triangle is degenerate
@@ -39,7 +39,7 @@ struct Projection {
     const Vector3d normal = (t[1] - t[0]).cross(t[2] - t[0]).cwiseAbs();
     int axis;
     normal.maxCoeff(&axis);
-    // The largest component is the best choice; the others matter only if rounding misled it.
+    // The axis of the largest component is best; the others are tried only if rounding misled that choice.
     for (int i = 0; i < 3 && turn == 0; ++i, axis = (axis + 1) % 3) {
       first = (axis + 1) % 3;
       second = (axis + 2) % 3;
@@ -50,7 +50,7 @@ struct Projection {
   Vector2d operator()(const Vector3d& p) const { return {p[first], p[second]}; }
 };
 
-/// Segment and triangle, all in one plane.
+/// True if a segment p q and a triangle in the same plane meet.
 bool meetInPlane(const Vector3d& p, const Vector3d& q, const Corners& t)
 {
   const Projection project(t);
@@ -65,8 +65,8 @@ bool meetInPlane(const Vector3d& p, const Vector3d& q, const Corners& t)
   return inside;
 }
 
-/// Closed segment and closed triangle that is not degenerate; the sides of the segment's ends against its plane are
-/// known.
+/// True if a closed segment p q meets a closed triangle that is not degenerate.
+/// \param sideOfP, sideOfQ sides of p and q against the triangle's plane
 bool meet(const Vector3d& p, int sideOfP, const Vector3d& q, int sideOfQ, const Corners& t)
 {
   if (sideOfP * sideOfQ > 0)
@@ -101,7 +101,7 @@ bool edgesMeet(const Corners& edges, const std::array<int, 3>& sides, const Corn
   return false;
 }
 
-/// Without a common vertex. A degenerate triangle counts as its edges.
+/// True if triangles without a common vertex meet. A degenerate triangle counts as its edges.
 bool disjointMeet(const Corners& s, const Corners& t)
 {
   const std::array<int, 3> sidesOfS = sidesOf(s, t);
@@ -116,7 +116,7 @@ bool disjointMeet(const Corners& s, const Corners& t)
   return (solidT && edgesMeet(s, sidesOfS, t)) || (solidS && edgesMeet(t, sidesOfT, s));
 }
 
-/// With s[0] and t[0] in common: anything more than that point shows in an edge opposite to it.
+/// True if triangles with s[0] = t[0] share more than that point: then the opposite edge of one meets the other.
 bool fansMeet(const Corners& s, const Corners& t)
 {
   const int t1 = orientation(s[0], s[1], s[2], t[1]), t2 = orientation(s[0], s[1], s[2], t[2]);
@@ -131,7 +131,7 @@ bool fansMeet(const Corners& s, const Corners& t)
   return (solidS && meet(t[1], t1, t[2], t2, s)) || (solidT && meet(s[1], s1, s[2], s2, t));
 }
 
-/// With the edge s[0] s[1] in common and t[2] the other triangle's third corner: folded flat onto each other?
+/// True if s and a triangle with the common edge s[0] s[1] and this other corner are folded flat onto each other.
 bool foldedFlat(const Corners& s, const Vector3d& other)
 {
   if (orientation(s[0], s[1], s[2], other) != 0)
@@ -154,8 +154,8 @@ bool separates(const Vector3d& m, const Vector3d& origin, const Corners& s, cons
   return below - above > 4e-15 * magnitude * m.cwiseAbs().sum();
 }
 
-/// Shows for most pairs without a common vertex that they are apart: by a plane across the line between their middles,
-/// or along one of their sides.
+/// A quick test that shows for most pairs without a common vertex that they are apart. It tries a plane normal to the
+/// line between their centers, and planes through their sides, normal to their triangle.
 bool apart(const Corners& s, const Corners& t)
 {
   const Vector3d& origin = s[0];
@@ -169,8 +169,8 @@ bool apart(const Corners& s, const Corners& t)
   return false;
 }
 
-/// Shows for most pairs with s[0] = t[0] that they have no more than that in common: the other corners of the one are
-/// strictly in front of, those of the other behind, a plane through it across the difference of their directions.
+/// A quick test that shows for most pairs with s[0] = t[0] that they share nothing else. It tries a plane through s[0],
+/// normal to the difference of their directions: the other corners of s must be in front of it, those of t behind it.
 bool fansApart(const Corners& s, const Corners& t)
 {
   const Vector3d s1 = s[1] - s[0], s2 = s[2] - s[0], t1 = t[1] - s[0], t2 = t[2] - s[0];
@@ -182,12 +182,12 @@ bool fansApart(const Corners& s, const Corners& t)
   return m.dot(s1) > margin && m.dot(s2) > margin && m.dot(t1) < -margin && m.dot(t2) < -margin;
 }
 
-/// Shows for most pairs with a common edge s[0] s[1] that they are not folded onto each other: the third corners point
-/// away from it in opposite directions.
+/// A quick test that shows for most pairs with a common edge s[0] s[1] that they are not folded onto each other: their
+/// third corners point away from the edge in opposite directions.
 bool unfolded(const Corners& s, const Vector3d& other)
 {
   const Vector3d edge = s[1] - s[0], p = s[2] - s[0], q = other - s[0];
-  // What of p and q is across the edge: p·q − (p·e)(q·e)/e², times e².
+  // Dot product of the parts of p and q normal to the edge e, times e²: (p·q) e² − (p·e)(q·e).
   const double along = p.dot(edge) * q.dot(edge), across = p.dot(q) * edge.squaredNorm() - along;
   const double magnitude = p.cwiseAbs().dot(q.cwiseAbs()) * edge.squaredNorm() +
                            p.cwiseAbs().dot(edge.cwiseAbs()) * q.cwiseAbs().dot(edge.cwiseAbs());
@@ -195,13 +195,13 @@ bool unfolded(const Corners& s, const Vector3d& other)
 }
 
 struct Box {
-  std::array<float, 3> lower{1, 1, 1}, upper{0, 0, 0}; ///< of a triangle that is not finite: empty
+  std::array<float, 3> lower{1, 1, 1}, upper{0, 0, 0}; ///< empty if the triangle is not finite
 
   bool empty() const { return lower[0] > upper[0]; }
 
   bool overlaps(const Box& other) const
   {
-    // Without branches: about a third of the pairs overlap, in no order.
+    // Without branches, as they cannot be predicted: about a third of the pairs overlap, in no order.
     bool result = true;
     for (std::size_t axis = 0; axis < 3; ++axis) {
       result &= lower[axis] <= other.upper[axis];
@@ -224,8 +224,8 @@ Box boxOf(const TriangleMesh& mesh, const Triangle& t)
   return box;
 }
 
-/// Pairs of triangles whose boxes overlap and of which one is marked, from hashed uniform bins. Triangles that are not
-/// marked are only in those that have marked ones.
+/// Finds pairs of triangles with overlapping boxes, one of them marked, by a uniform grid of cells hashed into bins.
+/// Unmarked triangles are stored only in bins that have marked ones.
 class Bins {
 public:
   /// \param marked by triangle; empty: all
@@ -242,8 +242,8 @@ public:
 
   std::int64_t count() const { return static_cast<std::int64_t>(begin_.size()) - 1; }
 
-  /// Calls body(s, t), s < t, for the pairs in the bins of a range; every pair is in one cell only, but cells may share
-  /// a bin.
+  /// Calls body(s, t), s ≤ t, for the pairs in the bins of a range. A pair belongs to one cell only, but cells may
+  /// share a bin: then a pair may come twice, or a triangle with itself.
   template <typename Body>
   void forPairs(std::int64_t firstBin, std::int64_t lastBin, const Body& body) const
   {
@@ -262,7 +262,7 @@ public:
       for (std::int32_t i = 0; i < count; ++i)
         for (std::int32_t j = i + 1; j < count; ++j) {
           bool isOne = members[i].box.overlaps(members[j].box);
-          // The pair belongs to the cell of its boxes' common lower corner: on each axis one of them starts there.
+          // The pair belongs to the cell with the lower corner of the boxes' overlap: on each axis a box starts there.
           isOne &= (members[i].offsets & members[j].offsets) == 0;
           isOne &= (members[i].isMarked | members[j].isMarked) != 0;
           if (isOne)
@@ -285,7 +285,7 @@ private:
     forEachPolling(execution_, boxes_.size(), grain, [&](std::size_t t) { body(t); });
   }
 
-  /// Sets origin and side of the cells: half as large again as the marked triangles' boxes on average.
+  /// Sets origin and side of the cells. The side is 1.5 times the mean size of the marked triangles' boxes.
   void chooseCells()
   {
     std::array<float, 3> lower;
@@ -314,15 +314,15 @@ private:
     mask_ = bins - 1;
   }
 
-  /// Of a corner of a box: no coordinate is below the origin's.
+  /// The cell of a box's corner, none of whose coordinates is below the origin's.
   Cell cellOf(const std::array<float, 3>& p) const
   {
     const Vector3d x(p[0], p[1], p[2]);
     return ((x - origin_) * inverseSide_).cast<std::int64_t>();
   }
 
-  /// Counts the cells of each triangle. A few that are far larger than the mean must not fill all the bins of the
-  /// volume: then all cells are larger.
+  /// Counts the cells of each triangle. While they are more than 16 per triangle on average, as with a few triangles
+  /// far larger than the mean, it doubles the side of the cells.
   void countCells()
   {
     const double enough = 16.0 * static_cast<double>(boxes_.size());
@@ -351,20 +351,20 @@ private:
           body(binOf(i, j, k), (i > low.x() ? 1 : 0) | (j > low.y() ? 2 : 0) | (k > low.z() ? 4 : 0));
   }
 
-  /// Blocks of 64 cells stay together: what is close, which is close in memory mostly, is in bins that are. Cells
-  /// within a block take turns, as two blocks may share their bins and planes along the axes fill the same part of
-  /// each.
+  /// The 64 cells of a block get neighboring bins: triangles close in space are mostly close in memory. The order of
+  /// cells differs between blocks, as two blocks may share their bins, and surfaces along the axes fill the same part
+  /// of each block.
   std::uint32_t binOf(std::int64_t x, std::int64_t y, std::int64_t z) const
   {
     std::uint64_t hash = static_cast<std::uint64_t>(x >> 2) * 0x9e3779b97f4a7c15ull +
                          static_cast<std::uint64_t>(y >> 2) * 0xd6e8feb86659fd93ull +
                          static_cast<std::uint64_t>(z >> 2) * 0xa0761d6478bd642full;
-    hash = (hash ^ (hash >> 32)) * 0x9e3779b97f4a7c15ull; // of the sums alone many are alike
+    hash = (hash ^ (hash >> 32)) * 0x9e3779b97f4a7c15ull; // many sums alone would be alike
     const auto inBlock = static_cast<std::uint64_t>((x & 3) | (y & 3) << 2 | (z & 3) << 4);
     return static_cast<std::uint32_t>(((hash >> 32) ^ inBlock) & mask_);
   }
 
-  /// Counts of the cells of triangles that are not marked only those with marked ones.
+  /// Counts the cells of unmarked triangles again: only those in bins with marked triangles.
   void countNearMarked()
   {
     hasMarked_.assign(mask_ + 1, 0);
@@ -381,7 +381,7 @@ private:
 
   void fill()
   {
-    // The bins of each triangle, in parallel; then one pass in order that sorts them.
+    // Finds the bins of each triangle in parallel, then sorts the entries by bin in one serial pass.
     for (std::size_t t = 0; t < boxes_.size(); ++t)
       first_[t + 1] += first_[t];
     const std::size_t total = first_.back();
@@ -402,7 +402,7 @@ private:
 
   void sort(const std::vector<std::uint32_t>& binOfEntry, const std::vector<std::uint8_t>& offsetOfEntry)
   {
-    // Counted one place ahead, so that filling moves each bin's position from its begin to its end.
+    // begin_[bin + 1] is first the begin of a bin. Filling moves it to the end of that bin.
     begin_.assign(mask_ + 3, 0);
     for (const std::uint32_t bin : binOfEntry)
       ++begin_[bin + 2];
@@ -424,19 +424,19 @@ private:
 
   const std::vector<std::uint8_t>& marked_;
   std::vector<Box> boxes_;
-  std::vector<std::int64_t> first_;     ///< per triangle: of its entries, and the end
-  std::vector<std::uint8_t> hasMarked_; ///< per bin; empty: all are marked
+  std::vector<std::int64_t> first_;     ///< of each triangle: its first entry; and the end
+  std::vector<std::uint8_t> hasMarked_; ///< per bin; empty: all triangles are marked
   Vector3d origin_ = Vector3d::Zero();
   double side_ = 1, inverseSide_ = 1;
   std::uint64_t mask_ = 0;
   std::vector<std::int32_t> begin_, entries_; ///< entries of bin b: begin_[b] to begin_[b + 1]
-  std::vector<std::uint8_t> offsets_; ///< of an entry: bit per axis, set if its cell is not the first of the triangle's
+  std::vector<std::uint8_t> offsets_; ///< per entry a bit for each axis, set if its cell is not the triangle's first
   Execution& execution_;
 };
 
 bool intersect(const TriangleMesh& mesh, Triangle s, Triangle t)
 {
-  // Common vertices to the front of both, in the same order.
+  // Move the common vertices to the front of both, in the same order.
   int common = 0;
   for (int i = 0; i < 3; ++i)
     for (int j = common; j < 3; ++j)

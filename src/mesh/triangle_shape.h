@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// What decides whether the remesher may replace a triangle by another one.
+/// Decides whether the remesher may replace a triangle by another one.
 #pragma once
 
 #include <Eigen/Core>
@@ -9,23 +9,22 @@
 
 namespace pcl::mrf {
 
-/// A vertex of the remesher: position and unit normal of the field.
+/// A vertex of the remesher: its position and the field's unit normal there.
 struct Corner {
   Eigen::Vector3f position, normal;
 };
 
-/// Shape and direction of a triangle, or of two: the worse of both, with the sum of their normals.
+/// Shape and direction of a triangle. Of two triangles: the worse values of both, and the sum of their normals.
 struct TriangleShape {
-  /// Below this share of the equilateral triangle's shape, or this cosine to the field's normal, an operation is
-  /// refused unless it makes things no worse. Marching cubes leaves slivers and crooked triangles: they must be free to
-  /// improve.
+  /// Min shape, and min cosine between the triangle's normal and the field's. An operation with less is refused, unless
+  /// it makes things no worse: marching cubes leaves slivers and crooked triangles, which must be free to improve.
   static constexpr float minShape = .1f, minCosine = .6f;
   /// Cosine of the largest angle by which a sound triangle may turn in one operation.
   static constexpr float minTurnCosine = .5f;
 
-  Eigen::Vector3f cross = Eigen::Vector3f::Zero(); ///< normal, twice the area long
+  Eigen::Vector3f cross = Eigen::Vector3f::Zero(); ///< normal; its length is twice the area
   float shape = 1;                                 ///< 4√3 area / sum of squared sides: 1 equilateral, 0 degenerate
-  float cosine = 1;                                ///< to the field's normal
+  float cosine = 1;                                ///< between its normal and the field's
   float turn = 0;                                  ///< largest squared angle by which the normals turn along an edge
 
   TriangleShape() = default;
@@ -57,7 +56,7 @@ struct TriangleShape {
   bool isSliver() const { return shape < minShape; }
   bool sound() const { return !isSliver() && cosine >= minCosine; }
 
-  /// \param maxTurn beyond which an operation is refused unless it makes things no worse, as above
+  /// \param maxTurn max of `turn`; more is refused, unless `former` turned as much or was a sliver
   bool mayReplace(const TriangleShape& former, float maxTurn) const
   {
     if (!(shape >= std::min(minShape, former.shape) && cosine >= std::min(minCosine, former.cosine) && shape > 1e-4f))
@@ -74,7 +73,7 @@ struct TriangleShape {
   }
 
 private:
-  /// For a small angle, squared, that of the normals' difference in the direction of the edge.
+  /// Squared angle by which the normals turn along an edge: for small angles, their difference in its direction.
   static float turnAlong(const Eigen::Vector3f& edge, const Eigen::Vector3f& difference)
   {
     const float length = edge.squaredNorm(), along = edge.dot(difference);

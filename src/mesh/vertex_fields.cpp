@@ -67,7 +67,7 @@ void setNormals(TriangleMesh& mesh, const DistanceField& field, Execution& execu
 
 float Support::reach(std::size_t point) const
 {
-  constexpr float atBorder = 1.5f; // the 8th neighbor of a point at the rim is √2 as far as in the middle
+  constexpr float atBorder = 1.5f; // at the rim a point's 8th neighbor is √2 times as far as in the middle
   const float bySpacing =
       spacing_ > 0 ? maxDistance_ * std::clamp(points_.spacings[point] / (atBorder * spacing_), 1.f, farthest)
                    : maxDistance_;
@@ -107,7 +107,7 @@ void setConfidences(TriangleMesh& mesh, const Support& support, ConfidenceShape 
   mesh.confidences.assign(mesh.vertices.size(), 0);
   execution.forRange(mesh.vertices.size(), fieldGrain, [&](std::size_t begin, std::size_t end) {
     Neighbors nearest;
-    // Far from all points, where a search takes longest, the one before tells of the vertices close to it.
+    // A search takes longest far from all points. There one search shows that the vertices nearby have no support, too.
     Eigen::Vector3f asked = Eigen::Vector3f::Zero();
     float freeAround = 0;
     for (std::size_t v = begin; v < end; ++v) {
@@ -153,7 +153,7 @@ std::vector<float> interpolateAttributes(const std::vector<Eigen::Vector3f>& ver
       const int found = search.nearest(vertices[v], 4, nearest);
       if (found < 1)
         continue;
-      // Weights relative to the nearest point's stay in range however small the distances are.
+      // Weights are relative to the nearest point's, which cannot overflow for tiny distances.
       const double closest = nearest.squaredDistances.front();
       double weights = 0;
       std::fill(sums.begin(), sums.end(), 0.);
@@ -195,7 +195,8 @@ Rgb sigmaColor(float sigma, float largest)
 {
   constexpr std::array<std::array<float, 3>, 5> steps{
       {{49, 84, 166}, {65, 152, 175}, {120, 190, 120}, {238, 208, 84}, {196, 55, 40}}};
-  const float share = sigma < largest ? std::max(sigma, 0.f) / largest : 1; // NaN is not known at all
+  const float share =
+      sigma < largest ? std::max(sigma, 0.f) / largest : 1; // NaN, which is unknown, gets the last color
   const float position = share * static_cast<float>(steps.size() - 1);
   const auto below = std::min(static_cast<std::size_t>(position), steps.size() - 2);
   const float part = position - static_cast<float>(below);

@@ -13,11 +13,11 @@
 
 namespace pcl::mrf {
 
-/// Sets the normals: the normalized gradient of the field; the mean triangle normal where it vanishes.
+/// Sets the normals: the normalized gradient of the field; where that vanishes, the mean triangle normal.
 void setNormals(TriangleMesh& mesh, const DistanceField& field, Execution& execution);
 
-/// How far each point supports a surface around it: dEmax, and up to four times as far where the points lie farther
-/// apart than on average, or are known to be off as far: a wall at six meters is as much surface as a cup at one.
+/// How far each point supports the surface around it: dEmax, or up to four times as far where the points are sparser
+/// than on average or their known noise is larger: a wall at six meters is as much surface as a cup at one.
 class Support {
 public:
   /// \param search holds points.positions \param maxDistance dEmax, cloud's unit, > 0
@@ -30,29 +30,29 @@ public:
   const OrientedPoints& points() const { return points_; }
   const NeighborSearch& search() const { return search_; }
 
-  /// What the nearest point leaves of its reach at a position: ≤ 0 without support, −inf without points.
+  /// The nearest point's reach minus its distance from a position: ≤ 0 without support, −inf without points.
   float margin(const Eigen::Vector3f& position, Neighbors& scratch) const;
 
-  /// No point supports anything farther away. Cloud's unit.
+  /// Max reach of a point, cloud's unit.
   float farthestReach() const
   {
     return spacing_ > 0 || !points_.deviations.empty() ? farthest * maxDistance_ : maxDistance_;
   }
 
-  /// Paper Sec. 3.3.3: α by the distance to the nearest point, times that point's own confidence.
+  /// α from the distance to the nearest point, times that point's own confidence (paper Sec. 3.3.3).
   float confidence(const Eigen::Vector3f& position, ConfidenceShape shape, Neighbors& scratch) const;
 
   /// How far a point supports a surface, cloud's unit.
   float reach(std::size_t point) const;
 
-  /// How many times as far apart as in the median of the cloud points are: around the nearest one to a position, or
-  /// where they are sparsest. 1 where there are none, or the reach is the same everywhere.
+  /// Spacing around the point nearest to a position, or the largest one of all points, over the cloud's spacing l̄.
+  /// 1 if there are no points, or the reach is the same everywhere.
   float sparseness(const Eigen::Vector3f& position, Neighbors& scratch) const;
   float largestSparseness() const;
 
 private:
-  static constexpr float farthest = 4;     ///< in dEmax
-  static constexpr float perDeviation = 3; ///< in σ: of Gaussian noise one point of 370 is farther off
+  static constexpr float farthest = 4;     ///< max reach, in dEmax
+  static constexpr float perDeviation = 3; ///< reach in σ: one of 370 points with Gaussian noise is farther off
 
   const OrientedPoints& points_;
   const NeighborSearch& search_;
@@ -62,16 +62,16 @@ private:
 /// Sets the confidences. Cost: one query per vertex.
 void setConfidences(TriangleMesh& mesh, const Support& support, ConfidenceShape shape, Execution& execution);
 
-/// Length that edges around each vertex should have, relative to those where points are as dense as in the median.
+/// Target length of the edges around each vertex, relative to the one where points have the cloud's median spacing.
 using EdgeSizing = std::vector<float>;
 
-/// Edges as long as the points allow: where the spacing around the nearest point is more than 2.5 times the cloud's,
-/// edges are as much longer, where it is less than 1.75 times they are not longer at all (ours).
-/// \return empty if no point is sparse. Cost: one query per vertex else
+/// Longer edges where points are sparse (ours). If the spacing around the nearest point is r times the cloud's, edges
+/// are r times as long for r of 2.5 and more, not longer up to 1.75, and linear between.
+/// \return empty if no point is sparse; otherwise the cost is one query per vertex
 EdgeSizing edgeSizing(const TriangleMesh& mesh, const Support& support, Execution& execution);
 
-/// Interpolates attributes of the data points at the vertices: mean of the 4 nearest points with weights 1/d², the
-/// nearest one's value where it coincides.
+/// Interpolates attributes of the data points at the vertices: the mean of the 4 nearest points with weights 1/d², or
+/// the value of a point at the vertex itself.
 /// \param read writes `channels` values of one of the search's points
 /// \return `channels` values per vertex
 std::vector<float> interpolateAttributes(const std::vector<Eigen::Vector3f>& vertices, const NeighborSearch& search,

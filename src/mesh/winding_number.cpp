@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::int32_t trianglesOfLeaf = 4;
 
-/// A group is far from what this many of its radii lie between: its dipole is then off by some hundredths at most.
+/// A group is distant from this many of its radii on: the error of its dipole is then some hundredths at most.
 constexpr float radiiOfFar = 2.5f;
 
 } // namespace
@@ -60,7 +60,7 @@ void WindingNumber::build(std::int32_t begin, std::int32_t end)
   nodes_[number].next = static_cast<std::int32_t>(nodes_.size());
 }
 
-/// By Van Oosterom and Strackee 1983.
+/// Van Oosterom and Strackee 1983.
 double WindingNumber::solidAngle(std::int32_t triangle, const Eigen::Vector3f& place) const
 {
   const Triangle& t = mesh_.triangles[order_[triangle]];

@@ -14,7 +14,7 @@
 namespace pcl::mrf {
 namespace {
 
-/// Planes of the lattice that are handled as one piece of work.
+/// Planes of the lattice per piece of parallel work.
 constexpr int slabPlanes = 8;
 
 /// Lowers the squared distances (in voxels) of the planes [zBegin, zEnd) to those of one point within `reach` voxels.
@@ -43,7 +43,7 @@ struct ObservedVoxels {
   std::vector<float> nearest; ///< distance to the nearest point / dEmax, [0, 1)
 };
 
-/// All voxels closer than maxDistance to a point, found from the points' side: no query is spent on empty space.
+/// All voxels closer than maxDistance to a point. They are marked around each point: empty space takes no query.
 ObservedVoxels findObserved(const OrientedPoints& points, const Lattice& lattice, float maxDistance,
                             Execution& execution)
 {
@@ -101,7 +101,7 @@ public:
       projected_.push_back(normal(j).dot(x - position(j)));
 
     switch (kind_) {
-    case ObservationKind::points: // which are not observed so
+    case ObservationKind::points: // excluded by the precondition of observe
     case ObservationKind::nearest:
       return projected_.front();
     case ObservationKind::median:
@@ -137,7 +137,7 @@ private:
       weights_.push_back(confidence(j));
   }
 
-  /// Relative to the largest weight: far from the surface all of the Gaussians would underflow.
+  /// Weights are relative to the largest Gaussian, because far from the surface all of them would underflow.
   void setTangentialWeights(const Eigen::Vector3f& x, const std::vector<int>& neighbors)
   {
     weights_.clear();
@@ -151,7 +151,7 @@ private:
       weights_[j] = confidence(neighbors[j]) * std::exp((closest - weights_[j]) * halfInverseVariance_);
   }
 
-  /// A chord's two tangents average to its direction on a circle: ½ (n_j + n̄) removes the curvature's share of δ_j.
+  /// On a circle, the mean of a chord's end tangents is along it: ½ (n_j + n̄) removes the curvature's share of δ_j.
   void turnNormalsToMean(const Eigen::Vector3f& x, const std::vector<int>& neighbors)
   {
     Eigen::Vector3f mean = Eigen::Vector3f::Zero();

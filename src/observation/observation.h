@@ -16,8 +16,8 @@ namespace pcl::mrf {
 /// dEmax of the finest level, cloud's unit: the option, or its automatic value.
 float resolvedMaxDistance(const ObservationOptions& options, float spacing, float voxelSize);
 
-/// ℓ, cloud's unit: the option, or by the option's noise l̄ · max(.5, 1.5 (σ/l̄)^.4, 1.7 (σ/l̄)^.6). .5 l̄ suits clean
-/// scans.
+/// ℓ, cloud's unit: the option or, by the option's noise σ, l̄ · max(.5, 1.5 (σ/l̄)^.4, 1.7 (σ/l̄)^.6). .5 l̄ suits
+/// clean scans.
 float resolvedSmoothing(const ObservationOptions& options, float spacing);
 
 /// g²/ℓ²: the option, or .4, which suits clean scans.
@@ -26,7 +26,7 @@ inline float resolvedGradientWeight(const ObservationOptions& options)
   return options.gradientWeight > 0 ? options.gradientWeight : .4f;
 }
 
-/// What was observed, for the voxels with α > 0 only; all others carry no weight and are not stored.
+/// The observed distances at the voxels with α > 0. The other voxels have no weight and are not stored.
 struct Observation {
   Lattice lattice;
   std::vector<std::int64_t> voxels; ///< ascending indices into the lattice
@@ -34,7 +34,7 @@ struct Observation {
   std::vector<float> confidences;   ///< α, (0, 1]
 };
 
-/// Observes the field at the voxels of one lattice. \pre the kind is not `points`
+/// Observes the field at the voxels of one lattice. \pre the kind is not ObservationKind::points
 /// \param search holds exactly points.positions
 /// \param spacing l̄, cloud's unit
 /// \param maxDistance dEmax for this level, cloud's unit, > 0

@@ -34,7 +34,7 @@ private:
   double weight_ = 0;
 };
 
-/// Voxel sides, in spacings of the points, from which on the finest level merges them, too.
+/// Voxel side, in spacings of the points, above which the finest level merges its samples as well.
 constexpr float mergedFrom = 10;
 
 /// Samples per piece of parallel work.
@@ -46,10 +46,10 @@ Eigen::Array3i cubeOf(const PointSample& sample, float side)
   return {floorOf(position.x()), floorOf(position.y()), floorOf(position.z())};
 }
 
-/// What a sample keeps from the outermost voxel centers of a coarser lattice: beyond them a cell would miss voxels.
+/// Min distance of a sample from the last voxel centers of a coarser lattice, voxels. Beyond them a cell has no voxels.
 constexpr float fromBorder = 1e-3f;
 
-/// Makes samples of points one by one: all of a large cloud at once take more memory than the points.
+/// Makes samples of points one by one: all samples of a large cloud together take more memory than its points.
 auto samplesOf(const PointsOnLattice& seen)
 {
   return [&seen](std::size_t n) -> PointSample {
@@ -63,7 +63,7 @@ auto samplesOf(const PointsOnLattice& seen)
   };
 }
 
-/// Of the cubes that samples lie in.
+/// Bounding box of the cubes in which samples lie.
 template <typename SampleAt>
 Eigen::AlignedBox3i bounds(std::size_t count, const SampleAt& sampleAt, float side, Execution& execution)
 {
@@ -77,7 +77,7 @@ Eigen::AlignedBox3i bounds(std::size_t count, const SampleAt& sampleAt, float si
   return result;
 }
 
-/// Samples in the order of the cubes they lie in: z, then y, then x; those of a cube in the order given.
+/// The order of samples by the cubes in which they lie: z, then y, then x. Samples of one cube keep their order.
 struct CubeOrder {
   SortKeys keys; ///< the same for the same cube
   std::vector<std::uint32_t> order;
@@ -105,7 +105,7 @@ std::vector<PointSample> mergedSamples(std::size_t count, const SampleAt& sample
   const CubeOrder cubes(count, sampleAt, side, execution);
   const SortKeys& keys = cubes.keys;
   const auto isFirst = [&](std::size_t n) { return n == 0 || keys[n] != keys[n - 1]; };
-  // Where the merged samples of each piece of work begin: those whose cube begins in it.
+  // Where the merged samples of each piece of work begin in the result. A piece merges the cubes that begin in it.
   const std::size_t pieces = (count + sampleGrain - 1) / sampleGrain;
   std::vector<std::size_t> begins(pieces + 1, 0);
   const auto forPieces = [&](const auto& body) {
@@ -160,7 +160,7 @@ auto placeIn(const std::vector<PointSample>& samples)
   return [&samples](std::size_t s) -> const PointSample& { return samples[s]; };
 }
 
-/// Samples of a lattice as a coarser one sees them, one by one.
+/// Converts samples of a lattice to voxels of a coarser one, one by one.
 template <typename SampleAt>
 auto onCoarser(const SampleAt& sampleAt, const Lattice& fine, const Lattice& coarse)
 {
@@ -175,8 +175,8 @@ auto onCoarser(const SampleAt& sampleAt, const Lattice& fine, const Lattice& coa
   };
 }
 
-/// The samples of a coarser lattice. Those of a large cloud are merged piece by piece first: the points' order takes as
-/// much memory as they do.
+/// Merged samples. Those of a large cloud are merged piece by piece first, because the sorted order of all samples
+/// takes as much memory as the points.
 template <typename SampleAt>
 std::vector<PointSample> mergedInPieces(std::size_t count, const SampleAt& sampleAt, float side, Execution& execution)
 {

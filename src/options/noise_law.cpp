@@ -12,7 +12,7 @@
 namespace pcl::mrf {
 namespace {
 
-/// A PrimeSense-like camera: disparities off by .08 pixels and rounded to eighths, focal length times baseline.
+/// A PrimeSense-like camera. The disparity's error includes .08 pixels of noise and rounding to eighths of a pixel.
 constexpr double kinectDisparity = .088, kinectFocalBaseline = 43.5; // pixels, pixels · m
 
 [[noreturn]] void refuse(const std::string& model, const std::string& why)
@@ -22,7 +22,7 @@ constexpr double kinectDisparity = .088, kinectFocalBaseline = 43.5; // pixels, 
                       "in the cloud's unit");
 }
 
-/// Numbers separated by commas; empty text has none.
+/// The numbers of a comma-separated list; none for empty text.
 std::vector<double> numbersOf(const std::string& model, const std::string& text)
 {
   std::vector<double> numbers;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// What users know of the scanner's noise, by name and numbers.
+/// Laws of the scanner's noise that users give by name and numbers.
 #pragma once
 
 #include <pcl/surface/mrf/options.h>
@@ -20,10 +20,10 @@ struct NoiseLaw {
 };
 
 /// The law that ObservationOptions::noiseModel names; none for "automatic" and "none".
-/// \throw InvalidOption if there is no such law, or its numbers are too few, too many, or no noise
+/// \throw InvalidOption if there is no such law, it has too few or too many numbers, or σ is 0
 std::optional<NoiseLaw> noiseLaw(const std::string& model);
 
-/// What is known of all points alike: ObservationOptions::noise, or the S of "constant:S"; 0 = nothing.
+/// The known σ of all points: ObservationOptions::noise, or the S of "constant:S"; 0 = unknown.
 double constantNoise(const ObservationOptions& options);
 
 } // namespace pcl::mrf

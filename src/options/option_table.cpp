@@ -51,7 +51,7 @@ const NamesOfAll& namesOfAll()
 std::string decimalText(double value)
 {
   std::array<char, 32> digits;
-  // Most options are floats; as doubles they would show the digits that float lacks.
+  // Most options are floats; as doubles they would show digits that a float does not have.
   const auto end = std::to_chars(digits.data(), digits.data() + digits.size(), static_cast<float>(value));
   return {digits.data(), end.ptr};
 }
@@ -110,7 +110,7 @@ constexpr double mebibyte = 1024. * 1024.;
 const OptionRange notNegative{0, infinity};
 const OptionRange zeroToBelowOne{0, 1, false, true};
 
-/// A number as the largest type of its kind.
+/// Converts a number to the largest type of its kind.
 template <typename Value>
 OptionValue widened(Value value)
 {
@@ -122,16 +122,16 @@ OptionValue widened(Value value)
     return static_cast<std::uint64_t>(value);
 }
 
-/// Adds rows to the table, of members of one struct. \tparam Stage the struct; Options: of its own members
+/// Adds rows to the table for the members of one struct. \tparam Stage the struct; Options: its own members
 template <typename Stage>
 class Rows {
 public:
-  /// \param prefix of the names of its options
+  /// \param prefix prefix of the options' names
   Rows(std::vector<OptionDeclaration>& rows, const char* prefix, Stage Options::*stage = nullptr)
       : rows_(rows), prefix_(prefix), stage_(stage)
   {}
 
-  /// \param factor the member's unit in the option's
+  /// \param factor the option's unit in units of the member, such as bytes per MiB
   template <typename Value>
   void number(const char* name, const char* flag, const char* unit, const OptionRange& range, Value Stage::*field,
               const char* help, const char* automatic = "", double factor = 1)
@@ -146,7 +146,7 @@ public:
     row.exact = [member](const Options& options) -> OptionValue { return widened(member(options)); };
     row.set = [member, factor, range](Options& options, double value) {
       const double number = value * factor;
-      constexpr double largestWhole = 0x1p53; // beyond it a double is not the number that was typed
+      constexpr double largestWhole = 0x1p53; // above it, a double is not exactly the typed number
       if (std::is_integral_v<Value> && number > largestWhole)
         return false;
       if (!(number < static_cast<double>(std::numeric_limits<Value>::max())))
@@ -166,7 +166,7 @@ public:
     OptionDeclaration& row = add(name, flag, help);
     for (const auto& [word, value] : names<Value>())
       row.words.emplace_back(word, static_cast<double>(static_cast<std::underlying_type_t<Value>>(value)));
-    // Out of memory that was never set an enumeration may hold any number; so it is read as one.
+    // Uninitialized memory may hold any number in an enumeration, so it is read as a number.
     row.get = [member](const Options& options) {
       return static_cast<double>(static_cast<std::underlying_type_t<Value>>(member(options)));
     };
@@ -370,7 +370,7 @@ void declareOthers(std::vector<OptionDeclaration>& rows)
                "threads to run on; the result does not depend on it", "one per hardware thread");
 }
 
-/// Options that pcl::MRFReconstruction has setters of.
+/// Sets the names of pcl::MRFReconstruction's setters.
 void nameSetters(std::vector<OptionDeclaration>& rows)
 {
   static const std::map<std::string, std::string> setters = {{"outliers.robust", "setRobust"},
@@ -417,12 +417,12 @@ std::vector<OptionDeclaration> declareAll()
   return rows;
 }
 
-/// A name in a message, and the value that is said of it: "prior.beta = 2".
+/// An option's name in a message, and the value that follows it: "prior.beta = 2".
 struct NamedOption {
   std::string name, value;
 };
 
-/// The option that is named at a place of a message, with the length of what says so; 0: none is.
+/// Reads the word at a position of a message, and its value. \return the length of both; 0 if no word begins there
 std::size_t readOption(const std::string& message, std::size_t at, NamedOption& option)
 {
   static const std::string letters = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ.:";
@@ -444,7 +444,7 @@ std::string renamed(const NamedOption& option, const std::string& text, OptionNa
 {
   if (option.name == "RawCloud::sensors")
     return naming == OptionNaming::flags ? "--sensor" : "setSensorPosition";
-  // Texts are no rows of the table.
+  // Options that are texts have no rows in the table.
   for (const auto& [name, flag, setter] :
        {std::array<const char*, 3>{"observation.noiseModel", "--noise-model", "setNoiseModel"},
         std::array<const char*, 3>{"noiseField", "--noise-field", "setNoiseField"}})
@@ -452,7 +452,7 @@ std::string renamed(const NamedOption& option, const std::string& text, OptionNa
       return (naming == OptionNaming::flags ? flag : setter) + (option.value.empty() ? "" : " " + option.value);
   const auto& all = optionDeclarations();
   const auto row = std::find_if(all.begin(), all.end(), [&](const auto& other) { return other.name == option.name; });
-  // A word without a dot is an option's name only where its value follows.
+  // A word without a dot is an option's name only if a value follows.
   if (row == all.end() || (option.name.find('.') == std::string::npos && option.value.empty()))
     return text;
   if (naming == OptionNaming::flags)

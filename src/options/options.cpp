@@ -11,7 +11,7 @@
 namespace pcl::mrf {
 namespace {
 
-/// Of the members that are no options of tools.
+/// Checks a member that is not in the option table.
 void requireRange(const char* name, double value, const OptionRange& range)
 {
   if (!range.contains(value))
@@ -30,7 +30,7 @@ void requireOneOf(const char* name, Enum value, const Names<Enum>& words)
   throw InvalidOption(std::string(name) + " = " + std::to_string(static_cast<int>(value)) + " is none of " + all);
 }
 
-/// What would be said twice, or in vain.
+/// Refuses a noise model that is given twice or has no effect.
 void requireOneNoise(const ObservationOptions& options)
 {
   const std::optional<NoiseLaw> law = noiseLaw(options.noiseModel);

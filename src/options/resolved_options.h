@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// Options as the stages that make the surface take them: with numbers in place of what was automatic.
+/// Options with numbers in place of automatic values, for the stages that make the surface.
 #pragma once
 
 #include <pcl/surface/mrf/options.h>
@@ -8,14 +8,14 @@
 
 namespace pcl::mrf {
 
-/// Options of which no length is left automatic that follows from the cloud, and nothing that cross-validation chooses.
-/// Only an OptionResolver makes them: a function that takes them cannot get a request by mistake.
+/// Options in which every value that follows from the cloud or from cross-validation is resolved. Only an
+/// OptionResolver makes them: a function that takes ResolvedOptions cannot get requested options by mistake.
 ///
-/// What each level or the machine decides stays 0: the solver's iterations and degree, memory, threads. So do the
-/// remesher's target edge, which follows from the mesh, and a radius of normals from a number of neighbors.
+/// Values that each level or the machine decides stay 0: the solver's iterations and degree, memory, threads. So do the
+/// remesher's target edge, which follows from the mesh, and the radius of normals if a number of neighbors replaces it.
 class ResolvedOptions : public Options {
 public:
-  /// What they were resolved from: some rules are stricter where a length was given than where it was derived.
+  /// The options before resolving: some rules are stricter for a length that was given than for a derived one.
   const Options& requested() const { return requested_; }
 
 private:

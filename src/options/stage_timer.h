@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// What a run and its stages take.
+/// Timers of a run and its stages.
 #pragma once
 
 #include "base/memory.h"
@@ -19,7 +19,7 @@ inline double secondsSince(Clock::time_point start)
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-/// Names the running stage and adds it to the report, with its wall-clock time when it goes out of scope.
+/// Begins a stage and adds it to the report; the destructor sets its wall-clock time.
 class StageTimer {
 public:
   StageTimer(const char* stage, Report& report, Execution& execution) : times_(report.times), entry_(times_.size())
@@ -37,7 +37,7 @@ private:
   Clock::time_point start_ = Clock::now();
 };
 
-/// Completes the report however the run ends.
+/// Its destructor sets the run's time and peak memory in the report, also after an exception.
 class RunTimer {
 public:
   explicit RunTimer(Report& report) : report_(report) {}

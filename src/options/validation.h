@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// What a stage asks of its options.
+/// Validation of the options of a stage.
 #pragma once
 
 #include <pcl/surface/mrf/options.h>
@@ -8,7 +8,7 @@
 
 namespace pcl::mrf {
 
-/// Checks the range of each member, but not what several say together.
+/// Checks the range of each member, but not combinations of members.
 /// \throw InvalidOption naming the first one that is out of range, its value and the range
 void requireRanges(const Options& options);
 

@@ -13,25 +13,25 @@
 namespace pcl::mrf {
 namespace {
 
-/// Trees of less than this share are no sides.
+/// Min share of the points of a tree that is a side.
 constexpr double shareOfSide = .1;
 
-/// Points of a side that are asked which sheet is next to theirs, and the share of them that has to see one.
+/// askedOfSide points of each side look for a sheet next to theirs; at least the share `behind` has to see one.
 constexpr std::size_t askedOfSide = 128;
 constexpr double behind = .2;
 
-/// In the reach of a point: sheets farther away are none of the same thin object, and do not touch it.
+/// Max distance of a sheet, in reaches of the point: farther ones are not of the same thin object and do not touch it.
 constexpr float farthestSheet = 4;
 
-/// In the reach of a point: how far around an edge points are asked what they face, and the share of them that has to
-/// face the other tree; by a smaller cosine they do not.
+/// Points within aroundContact reaches of an edge look for what they face. A point faces another one if the cosine
+/// between its normal and the edge to it is above facingCosine. The share atContact has to face the other tree.
 constexpr float aroundContact = 8, facingCosine = .5f;
 constexpr double atContact = .07;
 
-/// Of more points around an edge some stand for all.
+/// If more points than this are around an edge, a part of them is asked.
 constexpr std::size_t askedAtContact = 4096;
 
-/// Of an open side: by what all but a tenth of it faces away from its middle.
+/// Min |outwardness| of an open side that bulges: all but a tenth of it faces away from its middle.
 constexpr double bulging = .8;
 
 } // namespace
@@ -87,7 +87,7 @@ std::vector<FacingSides::Side> FacingSides::findSides(const std::vector<float>& 
   return sides;
 }
 
-/// Whether it is open, and where its outside is.
+/// Sets whether the side is open, and where its outside is.
 void FacingSides::describe(Side& side, const std::vector<float>& areas, SignedForest& trees) const
 {
   Eigen::Vector4d sum = Eigen::Vector4d::Zero(); // Σ A n and Σ A
@@ -102,8 +102,8 @@ void FacingSides::describe(Side& side, const std::vector<float>& areas, SignedFo
     side.outward = outward < 0 ? -1 : 1;
 }
 
-/// The nearest point along the normal of one; the point itself if there is none, or so close that it may be of another
-/// layer of the same sheet.
+/// The nearest point along point i's normal. It is i itself if there is none, or if the point is within reach: it may
+/// then be of another layer of the same sheet.
 std::uint32_t FacingSides::nextSheet(std::uint32_t i, Neighbors& around) const
 {
   const Eigen::Vector3f& position = points_.positions[i];
@@ -121,7 +121,7 @@ std::uint32_t FacingSides::nextSheet(std::uint32_t i, Neighbors& around) const
   return nearest > reach_.of(i) * reach_.of(i) ? next : i;
 }
 
-/// Of all pairs of sides, the most telling first.
+/// The facings of all pairs of sides, the one with most votes first.
 std::vector<FacingSides::Facing> FacingSides::askBehind(const std::vector<Side>& sides, const OrientationGraph& graph,
                                                         SignedForest& trees) const
 {
@@ -145,8 +145,8 @@ std::vector<FacingSides::Facing> FacingSides::askBehind(const std::vector<Side>&
   return facings;
 }
 
-/// What lies outside of a tree around an edge to another one: points of that face it. Nothing where the other one goes
-/// on from its rim.
+/// Asks points of a side around an edge to another tree whether they face that tree on their outside. Points within
+/// whose reach the other tree is have no vote: it may go on from the side's rim there.
 FacingSides::Facing FacingSides::askAround(const Edge& edge, const Side& side, SignedForest& trees) const
 {
   const std::uint32_t other = trees.root(trees.root(edge.a) == side.root ? edge.b : edge.a);
@@ -158,7 +158,7 @@ FacingSides::Facing FacingSides::askAround(const Edge& edge, const Side& side, S
     if (normals_[i].isZero() || trees.root(i) != side.root)
       continue;
     ++facing.asked;
-    // The next sheet there; where the other tree is closer it may be another layer of the same one.
+    // The next sheet outside; if the other tree is closer, it may be another layer of the same sheet.
     const Eigen::Vector3f outward = static_cast<float>(side.outward) * normalOf(i, trees);
     search_.within(points_.positions[i], farthestSheet * reach_.of(i), around);
     std::uint32_t next = i;
@@ -185,7 +185,7 @@ FacingSides::Facing FacingSides::askAround(const Edge& edge, const Side& side, S
   return facing;
 }
 
-/// Joins what lies outside of a tree so that it faces that, the most telling first.
+/// Joins sides and the trees outside of them so that they face each other, the largest share of votes first.
 void FacingSides::joinAtContacts(const std::vector<Side>& sides, const std::vector<Edge>& between,
                                  SignedForest& trees) const
 {
@@ -212,7 +212,7 @@ void FacingSides::join(const OrientationGraph& graph, const std::vector<float>& 
                [&](const Edge& edge) { return isOpen(trees.root(edge.a)) || isOpen(trees.root(edge.b)); });
   if (sides.size() > 1) {
     std::vector<Facing> facings = askBehind(sides, graph, trees);
-    // Two closed ones that nothing connects are two objects.
+    // Two sides that no edge connects are two objects, unless both are open.
     facings.erase(std::remove_if(facings.begin(), facings.end(),
                                  [&](const Facing& f) {
                                    return !f.isDecisive(behind) ||
@@ -223,7 +223,7 @@ void FacingSides::join(const OrientationGraph& graph, const std::vector<float>& 
       trees.join(facing.a, facing.b, facing.isOpposite());
     joinAtContacts(sides, between, trees);
   }
-  // Two closed ones that touch are two objects as well.
+  // Two closed sides that touch are two objects as well: `between` has no edge of them.
   for (const Edge& edge : between)
     trees.join(edge.a, edge.b, edge.opposite);
 }

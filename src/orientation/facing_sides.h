@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// The relative signs of the large parts of a graph, by the sheets that lie behind each other (ours).
+/// Finds the relative signs of the large trees of a graph from sheets that lie behind each other (ours).
 #pragma once
 
 #include "orientation/orientation_graph.h"
@@ -11,10 +11,10 @@
 
 namespace pcl::mrf {
 
-/// Trees of at least a tenth of the points, the sides, are joined last: first two whose sheets lie behind or before
-/// each other, so that both face apart, then what lies outside of one that bulges, as a table does beneath a ball, so
-/// that both face each other, then by the best edges. Edges that lead around the sharp rim of a thin object, or from
-/// one object to another that it touches, join sides the wrong way however good they are.
+/// Joins the sides last: trees of at least a tenth of the points. First, two sides whose sheets lie behind each other
+/// are joined so that they face apart. Then a side that bulges, as a ball does, and what lies outside of it, as a table
+/// beneath, are joined so that they face each other. The best edges join the rest. Edges around the sharp rim of a thin
+/// object, or between two objects that touch, would join sides the wrong way, however good they are.
 class FacingSides {
 public:
   FacingSides(const PointSet& points, const std::vector<Eigen::Vector3f>& normals, const NeighborSearch& search,
@@ -22,30 +22,30 @@ public:
       : points_(points), normals_(normals), search_(search), reach_(reach)
   {}
 
-  /// Whether an edge is between two sides. The first, that is the best, one of each two is noted.
+  /// Whether an edge is between two sides. Of each pair of sides the first such edge, the best one, is noted.
   bool isBetween(const Edge& edge, SignedForest& trees);
 
-  /// Joins the sides. \param areas that the points stand for, up to a common factor
+  /// Joins the sides. \param areas area that each point stands for, up to a common factor
   /// Cost: some thousand queries, if there are several sides.
   void join(const OrientationGraph& graph, const std::vector<float>& areas, SignedForest& trees) const;
 
 private:
-  /// What the sheets of two sides say about each other.
+  /// What the sheets of two sides show about their relative sign.
   struct Facing {
     std::uint32_t a, b;                ///< roots
-    std::array<double, 2> votes{0, 0}; ///< for equal signs, and for opposite ones
-    double asked = 0;                  ///< points
+    std::array<double, 2> votes{0, 0}; ///< for equal signs, for opposite signs
+    double asked = 0;                  ///< number of points asked
 
     bool isOpposite() const { return votes[1] > votes[0]; }
     double share() const { return std::max(votes[0], votes[1]) / std::max(1., asked); }
-    /// Four in five agree, and so large a share of those that were asked.
+    /// Four in five votes agree, and these are at least the share ofAsked of the points asked.
     bool isDecisive(double ofAsked) const;
   };
   struct Side {
     std::uint32_t root;
     std::vector<std::uint32_t> points;
-    bool isOpen = false; ///< it encloses nothing
-    int outward = 0;     ///< the sign of its tree's normals that face out of it; 0 if it hardly bulges
+    bool isOpen = false; ///< it encloses no volume
+    int outward = 0;     ///< sign with which its normals face outward; 0 if it hardly bulges
   };
 
   bool isSide(std::uint32_t size) const;

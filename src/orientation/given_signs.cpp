@@ -13,20 +13,21 @@
 namespace pcl::mrf {
 namespace {
 
-/// Of smooth neighbors that are opposed: .11 on a street seen by a lidar, up to .01 on fifteen other scans.
+/// Share of opposed neighbors above which signs are random. A lidar's street has .11, fifteen other scans up to .01.
 constexpr double opposedAtRandom = .25;
 
-/// More of so many points are where the signs of a closed surface change along a line: .9 / √n around a quarter of a
-/// ball. Where two balls touch, as many are as within a few points.
+/// Share of opposed neighbors above which the signs of a closed surface change along a line. A line around a quarter of
+/// a ball has .9 / √n. Where two balls touch, only a few points are opposed.
 double opposedSomewhere(std::size_t points)
 {
   return std::max(.002, .5 / std::sqrt(static_cast<double>(points)));
 }
 
-/// Of a surface that encloses a volume, the share of normals that may look into it, and that from which on all do.
+/// Shares of normals that look into the volume that a surface encloses: up to mayLookInside is fine, and above
+/// allLookInside all normals are taken to look inward.
 constexpr double mayLookInside = .1, allLookInside = .75;
 
-/// Of the points of something that was seen from outside, the share that may look out of the cloud in no direction.
+/// Max share of hidden points of an object that was seen from outside. A hidden point sees out in no direction.
 constexpr double mayBeHidden = .03;
 
 /// Whether a point's normal is the cloud's own.
@@ -35,14 +36,14 @@ bool isGiven(const PreparedPoints& prepared, std::size_t i)
   return prepared.points.normals.empty() || !prepared.points.normals[i].isZero();
 }
 
-/// Of points and their neighbors on smooth surface, the share whose normals point to opposite sides.
+/// Share of the pairs of neighbors on smooth surface whose normals point to opposite sides.
 double opposedShare(const PreparedPoints& prepared, const std::vector<Eigen::Vector3f>& normals,
                     const NeighborSearch& search)
 {
   constexpr std::size_t most = 4096;
   constexpr int neighbors = 5;
   constexpr float smooth = .9f; // cosine, of either sign
-  // Of the distance. What is farther along the normal may be the other side of a thin object.
+  // Max height of a neighbor, as a share of its distance: a higher one may be on the other side of a thin object.
   constexpr float across = .3f;
   const PointSet& points = prepared.points;
   const std::size_t asked = std::min(points.size(), most);
@@ -65,7 +66,7 @@ double opposedShare(const PreparedPoints& prepared, const std::vector<Eigen::Vec
   return pairs > 0 ? opposed / pairs : 0;
 }
 
-/// Whether the normals, each weighing as the area around its point, look away from the middle of all points.
+/// Whether the normals, weighted by the areas around their points, look away from the middle of all points.
 bool looksOutward(const PointSet& points, const std::vector<Eigen::Vector3f>& normals)
 {
   Eigen::Vector4d moment = Eigen::Vector4d::Zero();
@@ -80,8 +81,8 @@ bool looksOutward(const PointSet& points, const std::vector<Eigen::Vector3f>& no
   return flux >= 0;
 }
 
-/// The share of the normals that look into what the points enclose; 0 if they enclose nothing, or what is outside is
-/// less clear than the given signs are, as in foliage. \param opposed see opposedShare
+/// The share of the normals that look into the volume that the points enclose; 0 if they enclose none, or if turning
+/// them outward leaves more than half as many opposed neighbors, as in foliage. \param opposed see opposedShare
 double inwardShare(const PreparedPoints& prepared, const NeighborSearch& search, double opposed, const Options& options,
                    const Report& report, Execution& execution)
 {
@@ -99,7 +100,7 @@ double inwardShare(const PreparedPoints& prepared, const NeighborSearch& search,
   return inward / given;
 }
 
-/// Whether nothing is in the way from a point out of the cloud's box.
+/// Whether a ray from a point leaves the cloud's box without coming close to a point.
 bool seesOut(const PointSet& points, const NeighborSearch& search, const BoundingBox& box, std::size_t from,
              const Eigen::Vector3f& direction, Neighbors& nearest)
 {
@@ -119,12 +120,12 @@ bool seesOut(const PointSet& points, const NeighborSearch& search, const Boundin
   }
 }
 
-/// The share of the points that could not have been seen from outside, were their normals the other way around.
+/// The share of the points that cannot be seen from outside if all normals are turned around.
 double hiddenBehind(const PreparedPoints& prepared, const NeighborSearch& search)
 {
   constexpr std::size_t most = 512;
   constexpr int rings = 4, perRing = 12;
-  constexpr float tilt = .25f; // from ring to ring
+  constexpr float tilt = .25f; // radians from ring to ring
   const PointSet& points = prepared.points;
   const BoundingBox box = boundingBox(points.positions);
   const std::size_t asked = points.spacings.empty() ? 0 : std::min(points.size(), most);
@@ -151,8 +152,8 @@ double hiddenBehind(const PreparedPoints& prepared, const NeighborSearch& search
 bool isSeenFromOrigin(const std::vector<Eigen::Vector3f>& positions, const std::vector<Eigen::Vector3f>& normals,
                       const Eigen::Vector3d& offset, Execution& execution)
 {
-  constexpr std::int64_t oneIn = 1000; // may look past it
-  constexpr float maxDiagonals = 100;  // of the cloud, away from it
+  constexpr std::int64_t oneIn = 1000; // normal may look past the origin
+  constexpr float maxDiagonals = 100;  // max distance of the origin, in diagonals of the cloud
   const Eigen::Vector3f origin = (-offset).cast<float>();
   const BoundingBox box = boundingBox(positions);
   if ((origin - (box.lower + box.upper) / 2).norm() > maxDiagonals * box.diagonal())
@@ -183,7 +184,7 @@ bool areSignsWrong(const PreparedPoints& prepared, const NeighborSearch& search,
     if (isConsistent && isFromOrigin && (origin > box.lower.array()).all() && (origin < box.upper.array()).all())
       return false;
     const double inward = inwardShare(prepared, search, opposed, options, report, execution);
-    // Rooms look inward as well. Who stood outside would not have seen what is in them.
+    // The normals of rooms look inward as well. A sensor outside would not have seen the objects in a room.
     const bool isAll = !isFromOrigin && inward > allLookInside;
     if (inward <= mayLookInside || (isAll && hiddenBehind(prepared, search) > mayBeHidden))
       return false;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// Whether the signs of normals that came with a cloud can be meant (ours).
+/// Tells whether the signs of the normals that came with a cloud are plausible (ours).
 #pragma once
 
 #include "points/preprocessing.h"
@@ -15,15 +15,17 @@
 
 namespace pcl::mrf {
 
-/// True, with a warning, if the signs of the given normals are errors: a quarter of the neighbors on smooth surface are
-/// opposed; or the points enclose a volume, no sensor is known, and more than a tenth of the normals look into it. Of
-/// a room all do, which is told by what stands in it. See src/method.md. \param search holds the points. Cost: some
-/// thousand queries; where there are doubts, an orientation, and where all look inward some hundred thousand queries.
+/// True, with a warning, if the signs of the given normals are errors: a quarter of the neighbors on smooth surface
+/// have opposite signs; or the points enclose a volume, no sensor is known, and more than a tenth of the normals look
+/// into it. In a room all normals look inward; the objects that stand in it tell it from an object. See src/method.md.
+/// \param search holds the points. Cost: some thousand queries; if there are doubts, an orientation as well; if all
+/// normals look inward, some hundred thousand queries.
 bool areSignsWrong(const PreparedPoints& prepared, const NeighborSearch& search, const Options& options, Report& report,
                    Execution& execution);
 
-/// Whether normals tell that a sensor was at the origin, which nobody named: of a surface that encloses something, half
-/// of them would look away. The origin of a survey's coordinates is too far for that. \param offset of the positions
+/// Whether the normals tell that a sensor was at the origin: all but one in 1,000 look at it. Half of the normals of a
+/// closed surface would look away from it. An origin more than 100 diagonals away, as a survey's, does not count.
+/// \param offset position + offset is in the cloud's frame
 bool isSeenFromOrigin(const std::vector<Eigen::Vector3f>& positions, const std::vector<Eigen::Vector3f>& normals,
                       const Eigen::Vector3d& offset, Execution& execution);
 

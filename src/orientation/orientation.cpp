@@ -21,21 +21,21 @@
 namespace pcl::mrf {
 namespace {
 
-/// Points that edges of at least this quality connect form a piece of smooth surface. Edges to an opposite sheet reach
-/// it only where sheets are closer than about an eighth of the neighbor distance.
+/// Points connected by edges of at least this quality form a piece of smooth surface. Edges to an opposite sheet reach
+/// this quality only if the sheets are closer than about an eighth of the neighbor distance.
 constexpr float smoothQuality = .95f;
 
-/// Pieces of fewer points, as at the edges of what a sensor sees, do not overrule what their points say.
+/// Min points of a piece or tree that votes as a whole. In smaller pieces, as at a view's edges, each point votes.
 constexpr std::uint32_t smallestVotingPiece = 50;
 
-/// Trees of fewer points are too small to be taken for a side of a thin object.
+/// Min points of a tree that may be a side of a thin object.
 constexpr double smallestSide = 100;
 
-/// Of the automatic local distance: 2.5 /√ρ with ρ points per area.
+/// The automatic local neighbor distance, in local spacings: 2.5 /√ρ with ρ points per area.
 constexpr float reachInSpacings = 5;
 
-/// Which of the normals have to be turned for each component to be consistent; most keep the sign they came with, so
-/// that flips mean something where normals were given.
+/// Flags of the normals to be turned to make each component consistent. Most normals of a component keep their sign, so
+/// that the number of flips means something if normals were given.
 std::vector<std::uint8_t> flipsOf(const Partition& components, const SignedForest& forest)
 {
   std::vector<std::uint8_t> isFlipped(components.set.size());
@@ -52,15 +52,15 @@ std::vector<std::uint8_t> flipsOf(const Partition& components, const SignedFores
   return isFlipped;
 }
 
-/// What a point's normal, as it is, says about its component's sign: value > 0 for, < 0 against, |value| ≤ weight.
+/// A point's vote on its component's present sign: value > 0 for, < 0 against, |value| ≤ weight.
 struct Vote {
   double value = 0, weight = 0;
 };
 
-/// How the points vote. A vote is computed whenever it is asked for: kept, votes would be the largest array of all.
+/// Computes the votes of the points whenever they are asked for. Stored, the votes would be the largest array of all.
 class Voters {
 public:
-  /// \param areas that the points stand for \param normals as they are asked for: only their signs may change
+  /// \param areas area that each point stands for \param normals read for each vote: only their signs may change
   Voters(const PointSet& points, const std::vector<Eigen::Vector3f>& normals, const std::vector<float>& areas,
          const Partition& components, OrientationVote vote)
       : points_(points), normals_(normals), areas_(areas), components_(components), vote_(vote)
@@ -87,13 +87,13 @@ public:
     const Eigen::Vector3d arm = points_.positions[i].cast<double>() - moment.hnormalized();
     Vote vote;
     vote.value = areas_[i] * normals_[i].cast<double>().dot(arm);
-    // A flat patch has no outside: what rounding and noise leave there must not look like agreement.
+    // A flat patch has no outside: its votes from rounding and noise must not look like agreement.
     vote.weight = std::max(std::abs(vote.value), .01 * areas_[i] * arm.norm());
     return vote;
   }
 
 private:
-  /// By the cosine: a surface seen at a grazing angle hardly tells which side it shows.
+  /// A vote weighs by the cosine, because a surface seen at a grazing angle hardly tells which side it shows.
   Vote towardsSensor(std::size_t i) const
   {
     const Eigen::Vector3f sight = sensorOf(points_, i) - points_.positions[i];
@@ -113,7 +113,7 @@ private:
 struct Tally {
   double balance = 0, total = 0;
 
-  /// Three quarters of the votes agree.
+  /// At least three quarters of the votes agree.
   bool isDecided() const { return std::abs(balance) >= .5 * total && total > 0; }
   bool isDecidedlyAgainst() const { return isDecided() && balance < 0; }
 };
@@ -163,12 +163,12 @@ float minCosineOf(const OrientationOptions& options)
 /// Points per piece of parallel work.
 constexpr std::int64_t componentGrain = 4096;
 
-/// The components of points whose signs are known: no edge has to be sorted, or kept, and normals stay as they are.
+/// Finds the components if all signs are known: edges are neither sorted nor kept, and normals stay as they are.
 ///
-/// Edges may be looked at in any order, and need not be once both ends are in one component. Those to the next
-/// points in memory, close by in space, make pieces of some twenty points. All edges of each piece's first point join
-/// nearly all of them to one component. An edge between two components ends at a point outside of the largest one, so
-/// looking at all edges of those finds the rest.
+/// Edges may be visited in any order, and are not needed once both ends are in one component. Edges to the next points
+/// in memory, which are close by in space, make pieces of some twenty points. All edges of each piece's first point
+/// join nearly all pieces to one component. Any other edge between two components ends at a point outside of the
+/// largest one, so that visiting all edges of these points finds the rest.
 class ComponentFinder {
 public:
   ComponentFinder(const PointSet& points, const std::vector<Eigen::Vector3f>& normals, const NeighborSearch& search,
@@ -189,7 +189,7 @@ public:
   }
 
 private:
-  /// \return whether the normals of both agree
+  /// \return whether the angle between the normals is within the limit
   bool join(std::uint32_t i, std::uint32_t j)
   {
     const Eigen::Vector3f &a = normals_[i], &b = normals_[j];
@@ -202,7 +202,7 @@ private:
     const bool withinAngle = std::abs(a.dot(b)) >= minCosine_;
     if (withinAngle)
       smooth_.join(i, j);
-    // Without a vote from outside, two sheets can only be taken for the two sides of one object.
+    // An edge between two sheets joins the two sides of one object only for the outward vote.
     if (!acrossSheets && (withinAngle || options_.joinAcrossCreases))
       joined_.join(i, j);
     return withinAngle;
@@ -224,7 +224,7 @@ private:
     execution_.poll();
   }
 
-  /// Other threads' joins may make a point unwanted just before its turn: then its edges are known.
+  /// Visits all edges of the points that are still wanted at their turn; other threads' joins may make them unwanted.
   template <typename IsWanted>
   void joinAllEdges(const IsWanted& isWanted)
   {
@@ -242,7 +242,7 @@ private:
     execution_.poll();
   }
 
-  /// The number of points with a normal that a condition holds for.
+  /// The number of points that have a normal and fulfill the condition.
   template <typename Condition>
   std::int64_t count(const Condition& condition)
   {
@@ -276,11 +276,11 @@ private:
   const OrientationOptions& options_;
   Execution& execution_;
   DisjointSets joined_; ///< the components
-  DisjointSets smooth_; ///< those within the angle
+  DisjointSets smooth_; ///< the components by edges within the angle only
 };
 
-/// Finds the signs of normals, phase by phase: consistent along trees of the best edges, unless these are against what
-/// the points at both ends see, then by votes on each component, then by votes on its smooth pieces.
+/// Finds the signs of normals in phases. First, trees of the best edges make them consistent; an edge that contradicts
+/// decisive votes of both its trees is left out. Then votes turn components, then smooth pieces of them.
 class NormalOrienter {
 public:
   NormalOrienter(const PointSet& points, const std::vector<Eigen::Vector3f>& normals, const NeighborSearch& search,
@@ -309,7 +309,7 @@ public:
   }
 
 private:
-  /// The tree, or trees, of the best edges; the areas that the points stand for, and what joins them, come with it.
+  /// The trees of the best edges. Also sets areas_, and joins withinAngle_ and smooth_.
   SignedForest growTree()
   {
     OrientationGraph graph(
@@ -327,7 +327,7 @@ private:
     std::vector<Tally> tallies = piecesVote_ ? votesOfPoints() : std::vector<Tally>();
     SignedForest forest = graph.bestTree(
         [&](const Edge& edge, SignedForest& trees) {
-          // Without a vote from outside, two sheets can only be taken for the two sides of one object.
+          // An edge between two sheets joins the two sides of one object only for the outward vote.
           const bool isUsed = edge.acrossSheets ? mayBeSides && std::min(trees.size(edge.a), trees.size(edge.b)) >=
                                                                     std::max(smallest_, smallestSide)
                                                 : options_.joinAcrossCreases || edge.withinAngle;
@@ -353,7 +353,7 @@ private:
     return tallies;
   }
 
-  /// Gives the tree of both the votes of both. \return false if their votes are decisive, and the edge against them
+  /// Adds up the votes of an edge's two trees. If decided votes of large trees contradict the edge, only returns false.
   static bool joinVotes(const Edge& edge, SignedForest& trees, std::vector<Tally>& tallies)
   {
     const std::uint32_t a = trees.root(edge.a), b = trees.root(edge.b);
@@ -367,7 +367,7 @@ private:
     return true;
   }
 
-  /// Drops the small ones.
+  /// Counts the components, and drops the small ones.
   void countComponents(const Partition& components)
   {
     result_.keep.assign(points_.size(), 0);
@@ -395,7 +395,7 @@ private:
         turn(i);
   }
 
-  /// By the majority of their votes.
+  /// Turns components by the majority of their votes.
   void turnComponents(const Partition& components, const Voters& voters)
   {
     const std::vector<Tally> tallies = tally(components, voters);
@@ -417,8 +417,7 @@ private:
       }
   }
 
-  /// Smooth pieces that are decidedly against their component's sign, and the points of small ones each by its own
-  /// vote.
+  /// Turns smooth pieces that vote decidedly against their component's sign; in small pieces, points by their own vote.
   void turnPieces(const Voters& voters)
   {
     const Partition pieces(points_.size(), [&](std::uint32_t i) { return smooth_.find(i); });
@@ -455,10 +454,10 @@ private:
   const OrientationVote vote_;
   const OrientationOptions& options_;
   Execution& execution_;
-  const bool piecesVote_;    ///< votes are good enough for smooth pieces to have their own
-  const double smallest_;    ///< points of a component that stays
+  const bool piecesVote_;    ///< the votes are good enough for smooth pieces to vote on their own
+  const double smallest_;    ///< min points of a component that stays
   DisjointSets withinAngle_; ///< the paper's components
-  DisjointSets smooth_;      ///< the pieces
+  DisjointSets smooth_;      ///< the pieces of smooth surface
   std::vector<float> areas_;
   OrientationResult result_;
 };

@@ -12,7 +12,7 @@
 
 namespace pcl::mrf {
 
-/// The option, or its automatic value, cloud's unit; of local distances the median.
+/// The neighbor distance: the option or its automatic value, cloud's unit; the median if distances are local.
 float resolvedNeighborDistance(const OrientationOptions& options, const SamplingDensity& density);
 
 struct OrientationResult : OrientationSummary {
@@ -22,12 +22,12 @@ struct OrientationResult : OrientationSummary {
   const OrientationSummary& summary() const { return *this; }
 };
 
-/// Makes normals consistent inside each connected component, along edges between close points, best first, and decides
-/// the sign of each component by a vote; without one no sign is changed. How, and where we differ from the paper:
-/// src/method.md. Opposite sheets closer than about twice l̄ cannot be told apart by their points.
-/// \param normals unit length, one per point, as estimated or as they came; a zero normal joins nothing and is dropped
+/// Makes normals consistent inside each connected component, along edges between close points, best edges first. A vote
+/// decides the sign of each component; for OrientationVote::none no sign is changed. See src/method.md for the method
+/// and where it differs from the paper. Opposite sheets closer than about twice l̄ cannot be told apart.
+/// \param normals unit length, one per point, estimated or given; a point with a zero normal is dropped
 /// \param vote OrientationVote::sensor needs points.sensors, reference needs points.normals
-/// \throw InvalidOption as validate does; InvalidInput if what the vote needs is missing
+/// \throw InvalidOption as validate does; InvalidInput if the arrays that the vote needs are missing
 /// Cost: one 13-neighbor query per point, and sorting about 7 edges per point; without a vote one 5-neighbor query.
 /// The result does not depend on the order of the points, up to ties.
 OrientationResult orientNormals(const PointSet& points, const std::vector<Eigen::Vector3f>& normals,

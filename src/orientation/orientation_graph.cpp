@@ -17,7 +17,7 @@ namespace {
 /// Points per piece of parallel work.
 constexpr std::int64_t graphGrain = 4096;
 
-/// Floats that are not negative are ordered like their bits.
+/// Bits of a float; those of floats that are not negative are ordered like the floats.
 std::uint32_t bitsOf(float value)
 {
   std::uint32_t bits = 0;
@@ -137,7 +137,7 @@ void OrientationGraph::connectPieces(const NeighborSearch& search, const Reach& 
                                      const std::function<void(const Edge&)>& visit, DisjointSets& connected,
                                      Execution& execution)
 {
-  // The nearest neighbors of a scan line may all lie on it: look at the whole radius where the cap cut a piece off.
+  // The nearest neighbors may all lie on one scan line: the whole reach is searched if maxNeighbors cut off a piece.
   const std::size_t count = positions_.size();
   if (count == 0)
     return;
@@ -178,11 +178,11 @@ std::pair<std::uint32_t, std::uint32_t> OrientationGraph::ends(std::size_t place
   return {static_cast<std::uint32_t>(place / maxNeighbors), neighbors_[place]};
 }
 
-/// Sign and quality of an edge from the reflection of one normal at its bisector plane.
+/// Sign and quality of an edge from the reflection of one normal at the bisector plane of the edge.
 ///
-/// n_a' = n_a − 2 (ê·n_a) ê equals n_b on a circular arc, and −n_b where the two were given opposite signs. The quality
-/// falls with the angle between them and the more the edge leaves the tangent planes: an edge along both normals leads
-/// to the opposite sheet of a thin object or, in overlapping scans, to another layer of the same one.
+/// n_a' = n_a − 2 (ê·n_a) ê equals n_b on a circular arc, or −n_b if the two have opposite signs. The quality falls
+/// with the angle between n_a' and ±n_b, and with that between the edge and the tangent planes: an edge along both
+/// normals leads to the opposite sheet of a thin object or, in overlapping scans, to another layer of the same sheet.
 Edge OrientationGraph::grade(std::uint32_t a, std::uint32_t b) const
 {
   const Eigen::Vector3f &na = normals_[a], &nb = normals_[b];
@@ -202,13 +202,13 @@ Edge OrientationGraph::grade(std::uint32_t a, std::uint32_t b) const
 
 std::uint8_t OrientationGraph::bucketOf(const Edge& edge)
 {
-  // Eight to an octave, because most edges are good: badness is zero or at least 2⁻²⁴.
+  // Eight buckets per octave, because most edges are good: badness is zero or at least 2⁻²⁴.
   constexpr std::uint32_t perOctave = 8, firstOctave = 127 - 24;
   const std::uint32_t bits = bitsOf(1 - edge.quality);
   return static_cast<std::uint8_t>(bits == 0 ? 0 : (bits >> 20) - perOctave * firstOctave + 1);
 }
 
-/// The edges of these buckets that still join two trees, best first: badness and place.
+/// Keys of the edges in these buckets that still join two trees, best first.
 std::vector<std::uint64_t> OrientationGraph::collect(int first, int last, const SignedForest& forest,
                                                      Execution& execution) const
 {
@@ -217,7 +217,7 @@ std::vector<std::uint64_t> OrientationGraph::collect(int first, int last, const 
   std::vector<std::uint64_t> edges = joined(partsOf<std::vector<std::uint64_t>>(
       execution, buckets_.size(), places, [&](std::vector<std::uint64_t>& part, std::size_t begin, std::size_t end) {
         for (std::size_t place = begin; place < end; ++place) {
-          // Below the first bucket it wraps, above the last are the places without an edge.
+          // Buckets below the first one wrap around to large numbers. Places without an edge are above the last bucket.
           if (static_cast<std::uint8_t>(buckets_[place] - first) > width)
             continue;
           const auto [a, b] = ends(place);
@@ -225,7 +225,7 @@ std::vector<std::uint64_t> OrientationGraph::collect(int first, int last, const 
             part.push_back(edge_key::of(grade(a, b).quality, place));
         }
       }));
-  // By badness and the place's first bits; the places come in their order, and equals keep it.
+  // Sorted by badness and the first bits of the place. The sort is stable, and places come in ascending order.
   sortByUpperHalf(edges, execution);
   return edges;
 }
@@ -238,7 +238,7 @@ SignedForest OrientationGraph::bestTree(const std::function<bool(const Edge&, Si
     if (bucket != noEdge)
       ++sizes[bucket];
   SignedForest forest(positions_.size());
-  // In growing portions: most of the later edges join nothing any more, and need not be sorted.
+  // Edges are sorted in growing portions, because most of the later edges join nothing any more.
   std::size_t portion = std::max<std::size_t>(positions_.size() / 2, 1 << 16);
   for (int first = 0, last = 0; first <= lastBucket; first = last + 1) {
     std::size_t edges = sizes[first];

@@ -32,7 +32,7 @@ public:
 
   std::uint32_t root(std::uint32_t i);
 
-  /// The same without shortening the way there, for concurrent readers.
+  /// The same without shortening the path to the root, for concurrent readers.
   std::uint32_t rootOf(std::uint32_t i) const
   {
     while (parent_[i] != i)
@@ -58,12 +58,12 @@ struct Edge {
   std::uint32_t a, b;
   float quality;     ///< how far the relative sign can be trusted, 0..1
   bool opposite;     ///< the two normals point to opposite sides
-  bool withinAngle;  ///< the paper's criterion
-  bool acrossSheets; ///< leads along the normals, not along the surface
+  bool withinAngle;  ///< the paper's criterion: the angle between the normals is within the limit
+  bool acrossSheets; ///< the edge leads along both normals, not along the surface
 };
 
-/// The badness of an edge and its place in the graph in one number, which sorts by badness, then by place. The badness,
-/// a float from 0 to 1, has 30 bits; the place has the other 34.
+/// One number that sorts edges by badness, then by their place in the graph. The badness, a float from 0 to 1, takes 30
+/// bits; the place takes the other 34.
 namespace edge_key {
 
 constexpr int placeBits = 34;
@@ -77,29 +77,29 @@ inline std::size_t placeOf(std::uint64_t key)
 
 } // namespace edge_key
 
-/// Edges between points that are among the nearest neighbors of each other, and what connectivity needs besides.
+/// Edges from each point to its nearest neighbors, and further edges that connectivity needs.
 ///
-/// An edge is a place in the table of neighbors; its grade is computed whenever it is asked for, and only a byte of it
-/// is kept. About 65 bytes per point.
+/// An edge is a place in the table of neighbors. Its grade is computed whenever it is needed, and only a byte of it is
+/// kept. The graph takes about 65 bytes per point.
 class OrientationGraph {
 public:
   /// \param normals unit length; points with a zero normal have no edges \param minCosine of Edge::withinAngle
-  /// \param visit is shown each edge once, concurrently and in any order
+  /// \param visit called once for each edge, concurrently and in any order
   /// \throw ResourceLimit above 1.4 thousand million points
   OrientationGraph(const PointSet& points, const std::vector<Eigen::Vector3f>& normals, const NeighborSearch& search,
                    const Reach& reach, float minCosine, const std::function<void(const Edge&)>& visit,
                    Execution& execution);
 
-  /// \throw ResourceLimit if the edges of so many points, and some more, have more places than a key holds
+  /// \throw ResourceLimit if the edges of `points` points and moreEdges further ones need more places than a key holds
   static void requireRoom(std::size_t points, std::size_t moreEdges = 0);
 
-  /// About the area that each point stands for, up to one common factor; taken out of the graph.
+  /// Takes out of the graph the area that each point stands for, about, up to one common factor.
   std::vector<float> takeAreas() { return std::move(areas_); }
 
   /// The edge between two points, whether or not it is in the graph.
   Edge grade(std::uint32_t a, std::uint32_t b) const;
 
-  /// The tree, or trees, of the best edges: those that isUsed, joined best first, equals in the order of their points.
+  /// The trees of the best edges for which isUsed is true, joined best first; equal ones in the order of their points.
   SignedForest bestTree(const std::function<bool(const Edge&, SignedForest&)>& isUsed, Execution& execution) const;
 
 private:
@@ -121,8 +121,8 @@ private:
   const std::vector<Eigen::Vector3f>& normals_;
   float minCosine_;
   std::vector<std::uint32_t> neighbors_;                      ///< maxNeighbors places per point, nearest first
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> more_; ///< edges that connectivity needs: the places after those
-  std::vector<std::uint8_t> buckets_;                         ///< per place: the badness of its edge, coarsely
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> more_; ///< edges for connectivity: the places after neighbors_
+  std::vector<std::uint8_t> buckets_;                         ///< per place: the coarse badness of its edge
   std::vector<float> areas_;
 };
 

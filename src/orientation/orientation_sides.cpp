@@ -15,38 +15,37 @@ namespace {
 /// Components of fewer points are too small to tell what they enclose.
 constexpr std::uint32_t minPointsOfShell = 50;
 
-/// Less open surface than this share is what holes and stray patches leave.
+/// Share of open surface up to which there is no warning: holes and stray patches leave less.
 constexpr double maxOpenWithoutWarning = .05;
 
-/// Correlation of depth and spacing from which the side of the scanner shows.
+/// Correlation of depth and spacing above which the side of the scanner shows.
 constexpr double decisiveCorrelation = .6;
 
-/// What is terrain, up being z: cosines between the axis of a height field and z, and between that and its normals in
-/// the mean.
+/// A height field is terrain if its axis has a cosine above `upright` with z, and above `shallow` with its mean normal.
 constexpr double upright = .95, shallow = .8;
 
-/// Skewness of heights from which the side shows that things stand on.
+/// Skewness of heights above which the side that things stand on shows.
 constexpr double decisiveSkewness = .3;
 
-/// Closed components that are looked at for being inside of others, points of each that stand for it, and places that
-/// are looked at.
+/// The search for cavities looks at the maxShells largest closed components. At most shellSample points represent each
+/// of them, and cavityProbes of its points are tested for being inside of another.
 constexpr std::size_t maxShells = 64, shellSample = 4000, cavityProbes = 5;
 
-/// Directions that the search for a common axis starts from, besides the coordinate axes.
+/// Number of directions that the search for a common axis starts from, besides the coordinate axes.
 constexpr std::size_t maxStarts = 16;
 
-/// Depth, in widths of a line, that a height field may have along one.
+/// Max depth of a height field along one line of sight, in widths of that line.
 constexpr double steepest = 4;
 
-/// Neighbors among which a small component looks for a larger one, and how far.
+/// A small component looks for a larger one among neighborsAsked neighbors of its points, up to closeInReaches reaches.
 constexpr int neighborsAsked = 32;
 constexpr float closeInReaches = 2;
 
 /// Points per piece of parallel work.
 constexpr std::int64_t sidesGrain = 1024;
 
-/// Whether two normals have the same side of a surface, by the reflection at the bisector plane of the edge between
-/// them as in OrientationGraph; but along both normals there is no surface.
+/// Whether two normals face the same side of a surface, by reflection at the bisector plane of the edge between them as
+/// in OrientationGraph. If the edge leads along both normals there is no surface along it: they are compared directly.
 bool agree(const Eigen::Vector3f& a, const Eigen::Vector3f& b, const Eigen::Vector3f& edge)
 {
   const float length = edge.norm();
@@ -65,7 +64,7 @@ struct Extent {
   bool isOpen() const { return vectorArea.norm() > openFrom * area; }
 };
 
-/// What the choice is made from, and the choice so far.
+/// Chooses the sides of the components.
 class Chooser {
 public:
   Chooser(const PointSet& points, const OutwardVotes& votes, const Reach& reach)
@@ -94,7 +93,7 @@ public:
         openArea += extents_[c].isOpen() ? extents_[c].area : 0;
         openPoints += extents_[c].isOpen() ? extents_[c].points : 0;
       }
-    // Both, because a few outliers may stand for a large area.
+    // The smaller of the shares by area and by points, because a few outliers may stand for a large area.
     if (area > 0)
       sides_.openShare = std::min(openArea / area, openPoints / points);
     sides_.isGuess = sides_.openShare > maxOpenWithoutWarning;
@@ -121,10 +120,10 @@ private:
     return sides_.isTurned[components_.set[i]] ? Eigen::Vector3f(-normals_[i]) : normals_[i];
   }
 
-  /// How often a closed shell of outward normals surrounds a place, from every stride-th of its points.
+  /// How many times a closed shell of outward normals surrounds a position, from every stride-th of its points.
   double windingNumber(const std::vector<std::uint32_t>& shell, std::size_t stride, const Eigen::Vector3f& at) const
   {
-    // π times areas_ is the area: of the disc that reaches to the m-th neighbor, a point has the m-th part.
+    // The area of a point is π areas_: an m-th of the disc that reaches to its m-th neighbor.
     double solidAngle = 0;
     for (std::size_t n = 0; n < shell.size(); n += stride) {
       const Eigen::Vector3d r = (points_.positions[shell[n]] - at).cast<double>();
@@ -136,14 +135,14 @@ private:
     return static_cast<double>(stride) * solidAngle / 4;
   }
 
-  /// A closed component inside an odd number of others bounds a cavity: its outside is within it.
+  /// Turns closed components inside an odd number of others: each bounds a cavity, and its outside is within it.
   void turnCavities()
   {
     std::vector<std::uint32_t> closed;
     for (std::uint32_t c = 0; c < extents_.size(); ++c)
       if (isTelling(c) && !extents_[c].isOpen())
         closed.push_back(c);
-    // The largest ones, which many small ones would make slow.
+    // Only the largest ones, because many small ones would be slow.
     std::stable_sort(closed.begin(), closed.end(),
                      [&](std::uint32_t c, std::uint32_t d) { return extents_[c].points > extents_[d].points; });
     closed.resize(std::min(closed.size(), maxShells));
@@ -172,8 +171,7 @@ private:
       sides_.isTurned[c] ^= 1;
   }
 
-  /// The direction that the open components, each turned to it, face with the largest area: the view of a single
-  /// scanner.
+  /// The direction that the open components face with the largest area, if each is turned to it: a single scanner's.
   Eigen::Vector3d commonAxis() const
   {
     std::vector<Eigen::Vector3d> areas;
@@ -220,7 +218,7 @@ private:
       if (!isOpenPoint(i))
         continue;
       const Eigen::Vector3d p = points_.positions[i].cast<double>();
-      // Half of the key each; what is farther than 2³¹ cells may share one.
+      // Each coordinate takes half of the key. Points farther than 2³¹ cells away may share a cell.
       const auto cell = [&](const Eigen::Vector3d& along) {
         return static_cast<std::uint32_t>(
             static_cast<std::int64_t>(std::clamp(std::floor(p.dot(along) / side), -2147483648.0, 2147483647.0)));
@@ -235,19 +233,19 @@ private:
     return 2 * deep < cells.size();
   }
 
-  /// > 0 if the scanner was on the axis' side, < 0 on the other one, by what its constant angle between rays does to
-  /// the spacing of points: it grows with the distance, and with the tilt of the surface. 0 if that does not show.
+  /// > 0 if the scanner was on the axis' side, < 0 if it was on the other side, 0 if that does not show. The angle
+  /// between a scanner's rays is constant, so that the spacing grows with the distance and the tilt of the surface.
   double sideOfScanner(const Eigen::Vector3d& axis) const
   {
     if (!reach_.isLocal())
       return 0;
-    // Of depth, tilt and spacing.
+    // Sums over depth, logarithm of the tilt's cosine, and logarithm of the spacing.
     double count = 0;
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
     Eigen::Matrix3d products = Eigen::Matrix3d::Zero();
     for (std::size_t i = 0; i < points_.size(); ++i) {
       const double cosine = std::abs(normals_[i].cast<double>().dot(axis));
-      // A grazing view tells of the angle's error, not of the distance.
+      // In a grazing view the spacing depends on the error of the angle, not on the distance.
       if (!isOpenPoint(i) || cosine < .2 || !(reach_.of(i) > 0))
         continue;
       const Eigen::Vector3d values(points_.positions[i].cast<double>().dot(axis), std::log(cosine),
@@ -258,7 +256,7 @@ private:
     }
     if (!(count > 0))
       return 0;
-    // Partial correlation of depth and spacing: what is left of both when the tilt has explained its part.
+    // Partial correlation of depth and spacing, without the part of both that the tilt explains.
     const Eigen::Matrix3d covariance = products / count - sum * sum.transpose() / (count * count);
     const double tilt = covariance(1, 1) > 0 ? 1 / covariance(1, 1) : 0;
     const auto left = [&](int i, int j) { return covariance(i, j) - tilt * covariance(i, 1) * covariance(j, 1); };
@@ -278,8 +276,7 @@ private:
     return std::abs(axis.z()) > upright && along > shallow * area;
   }
 
-  /// > 0 if the open components, taken as one, face away from their middle, < 0 if towards it; 0 if they hardly do
-  /// either.
+  /// > 0 if the open components together face away from their middle, < 0 if they face it, 0 if neither is clear.
   double outside() const
   {
     const double result = outwardness(
@@ -293,8 +290,8 @@ private:
     return std::abs(result) >= .5 ? result : 0;
   }
 
-  /// > 0 if what rises from the bulk of the surface does so along an axis, as a house from its plot, < 0 against it; 0
-  /// if it does not show: the skewness of heights.
+  /// The skewness of heights along the axis: > 0 if things rise from the bulk of the surface along the axis, as a house
+  /// from its plot, < 0 if they rise against it. 0 if that does not show.
   double sideOfThings(const Eigen::Vector3d& axis) const
   {
     double area = 0, sum = 0, squares = 0, cubes = 0;
@@ -347,7 +344,8 @@ private:
     }
   }
 
-  /// Turns small components as the nearest point of a larger one says, where that is close.
+  /// Turns small components to agree with the nearest point of a larger one, if that is close; otherwise, if more than
+  /// half of the surface is open, to the side of the common height field.
   void followNeighbors(const NeighborSearch& search, Execution& execution)
   {
     std::vector<std::uint32_t> small;
@@ -397,7 +395,7 @@ private:
   const Reach& reach_;
   std::vector<Extent> extents_;                    ///< per component
   std::uint32_t largest_ = 0;                      ///< points of the largest component
-  Eigen::Vector3d axis_ = Eigen::Vector3d::Zero(); ///< of the open components' common height field, if they form one
+  Eigen::Vector3d axis_ = Eigen::Vector3d::Zero(); ///< of the open components' common height field; zero: none
   Sides sides_;
 };
 

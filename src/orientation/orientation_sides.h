@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// Which side of a surface is its outside, when nobody says so.
+/// Chooses the outside of a surface if neither sensors nor reference normals tell it.
 #pragma once
 
 #include <pcl/surface/mrf/execution.h>
@@ -18,13 +18,13 @@
 
 namespace pcl::mrf {
 
-/// |Σ A n| / Σ A above which a component is open. Objects with holes
-/// of 15 % of their diagonal stay below .08, of 22 % below .17; half a sphere has .5, a room without a ceiling .2.
+/// |Σ A n| / Σ A above which a component is open. Objects with holes of 15 % of their diagonal stay below .08, of 22 %
+/// below .17. Half a sphere has .5, a room without a ceiling .2.
 constexpr double openFrom = .18;
 
-/// How decidedly points face away from their middle: 1 if all do, −1 if all face it, 0 for a flat patch, which has no
-/// outside: what rounding and noise leave there counts little. \param forPoints calls visit(i) for each of them
-/// \param areas that points stand for \param normalOf their normals, as they are signed now
+/// How much points face away from their middle: 1 if all do, −1 if all face it, 0 for a flat patch. A flat patch has no
+/// outside, so that its rounding and noise count little. \param forPoints calls visit(i) for each of the points
+/// \param areas area that each point stands for \param normalOf returns the normal of point i with its present sign
 template <typename ForPoints, typename NormalOf>
 double outwardness(const std::vector<Eigen::Vector3f>& positions, const std::vector<float>& areas,
                    const ForPoints& forPoints, const NormalOf& normalOf)
@@ -44,19 +44,19 @@ double outwardness(const std::vector<Eigen::Vector3f>& positions, const std::vec
 /// Which components of consistent normals are to be turned.
 struct Sides {
   std::vector<std::uint8_t> isTurned; ///< one flag per component
-  double openShare = 0;               ///< of the surface, in components that enclose no volume
+  double openShare = 0;               ///< share of the surface in components that enclose no volume
   bool isGuess = false;               ///< more than a twentieth of the surface is open
 };
 
-/// What the points of each component say on their own.
+/// The outward votes of the components, and what they were made from.
 struct OutwardVotes {
   const std::vector<Eigen::Vector3f>& normals; ///< consistent inside each component
-  const std::vector<float>& areas;             ///< that the points stand for, up to one common factor
+  const std::vector<float>& areas;             ///< area that each point stands for, up to one common factor
   const Partition& components;
   const std::vector<std::uint8_t>& isTurned; ///< per component: whether its own outward vote turns it
 };
 
-/// Chooses as OrientationVote::outward says.
+/// Chooses the sides of the components as OrientationVote::outward describes.
 Sides chooseSides(const PointSet& points, const OutwardVotes& votes, const Reach& reach, const NeighborSearch& search,
                   Execution& execution);
 

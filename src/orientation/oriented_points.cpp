@@ -42,11 +42,11 @@ void warnOfGuess(const Options& options, Report& report)
 
 void warnOfDisagreement(const Options& options, Report& report)
 {
-  // Where the side is a guess, votes on it mean nothing.
+  // If the side is a guess, the agreement of the votes means nothing.
   if (report.orientation.sideIsGuessed)
     return warnOfGuess(options, report);
   constexpr double lowAgreement = .75;
-  // What encloses a volume has its side by that, however many of its normals look inward, as a mug's do.
+  // The outward vote is right for a surface that encloses a volume, even if many normals look inward, as in a mug.
   if (report.vote == OrientationVote::none || report.vote == OrientationVote::outward ||
       report.orientation.agreement >= lowAgreement)
     return;
@@ -61,7 +61,7 @@ void warnOfDisagreement(const Options& options, Report& report)
   report.warnings.push_back(text.str());
 }
 
-/// Of points that nobody named a sensor of. \throw InvalidOption if none was supposed either
+/// σ of points without a given sensor, by a law of the range. \throw InvalidOption if no sensor was supposed either
 std::vector<float> knownByRange(const NoiseLaw& law, const OrientedPoints& points, const Options& options,
                                 Execution& execution)
 {
@@ -72,7 +72,7 @@ std::vector<float> knownByRange(const NoiseLaw& law, const OrientedPoints& point
   return deviationsByLaw(law, points, execution);
 }
 
-/// Median cosine between the axes of normals at some points.
+/// Median |cosine| between two sets of normals, at the points `asked`.
 float medianCosine(const std::vector<Eigen::Vector3f>& normals, const std::vector<Eigen::Vector3f>& others,
                    const std::vector<std::uint32_t>& asked)
 {
@@ -113,7 +113,7 @@ OrientedPoints orientPoints(PreparedPoints prepared, const Options& options, Nei
   report.points.smallComponents = report.orientation.pointsDropped;
   if (!report.normalsEstimated && report.vote == OrientationVote::reference)
     for (std::size_t i = 0; i < points.size(); ++i)
-      if (!points.normals[i].isZero()) // as they came
+      if (!points.normals[i].isZero()) // given normals stay as they are
         oriented.normals[i] = points.normals[i];
   points.normals = std::move(oriented.normals);
   reduce(points, oriented.keep, search, execution);
@@ -140,7 +140,8 @@ OrientedPoints orientPoints(PreparedPoints prepared, const Options& options, Nei
 void fitNormalsToNoise(OrientedPoints& points, const Options& options, NeighborSearch& search, Report& report,
                        Execution& execution)
 {
-  // Exact normals have .96 or more under noise of up to 4 spacings, those of 16 points .95 under 1.4, .9 under 2.
+  // Cosine from which normals are kept. Exact normals have .96 or more under noise of up to 4 spacings; normals of 16
+  // points have .95 under noise of 1.4 spacings, .9 under 2.
   constexpr float alike = .93f;
   if (options.normals.source == NormalSource::use || options.normals.noiseCriteria || options.normals.radius > 0)
     return;

@@ -27,15 +27,15 @@ namespace pcl::mrf {
 namespace {
 
 constexpr std::size_t maxCubes = 32;
-constexpr std::size_t firstCubes = 8; ///< that tell a clean scan, which needs no others
-constexpr std::size_t fewCubes = 3;   ///< cubes that tell a very clean one
+constexpr std::size_t firstCubes = 8; ///< cubes that are enough to recognize a clean scan
+constexpr std::size_t fewCubes = 3;   ///< cubes that are enough to recognize a very clean scan
 constexpr int cubeSide = 22;          ///< voxels of the finest size
-constexpr double margin = 3;     ///< voxels at a cube's border where the field is not what it would be inside the cloud
-constexpr int heldOutShare = 10; ///< one point in so many
-constexpr std::int64_t minHeldOut = 50; ///< held-out points that say something
+constexpr double margin = 3;     ///< voxels at a cube's border, where the field differs from that of the whole cloud
+constexpr int heldOutShare = 10; ///< one point in heldOutShare is held out
+constexpr std::int64_t minHeldOut = 50; ///< min held-out points of a score
 
-/// Distances too small to be seen, in spacings and as a share of the cloud's diagonal: where the field is closer than
-/// both, voxels may be larger. The second is for large clouds, whose spacings are small beside what can be seen.
+/// Distances too small to be seen, in spacings and as a share of the cloud's diagonal. If the mean distance is below
+/// both, voxels may be larger.
 constexpr double invisibleInSpacings = .04, invisibleShare = 2e-5;
 
 /// True for one in heldOutShare of the indices, scattered.
@@ -44,8 +44,7 @@ bool isHeldOut(std::size_t index)
   return indexHash(index) % heldOutShare == 0;
 }
 
-/// Points far from each other, among a few random ones; at least `distance`, so that cubes around them hold
-/// other points.
+/// Chooses points far from each other, at least `distance`, among random ones: cubes around them hold different points.
 std::vector<Eigen::Vector3f> spread(const std::vector<Eigen::Vector3f>& positions, double distance)
 {
   std::mt19937 random(1);
@@ -62,14 +61,14 @@ std::vector<Eigen::Vector3f> spread(const std::vector<Eigen::Vector3f>& position
     for (std::size_t n = 0; n < candidates.size(); ++n)
       nearest[n] = std::min(nearest[n], (candidates[n] - chosen.back()).squaredNorm());
   }
-  // The first ones lie at the cloud's ends; any few shall stand for all.
+  // The first points lie at the cloud's ends. Shuffled, so that any few of them stand for the whole cloud.
   for (std::size_t n = chosen.size(); n > 1; --n)
     std::swap(chosen[n - 1], chosen[random() % n]);
   return chosen;
 }
 
-/// Boxes around points that follow each other, so that a cube need not look at all of them. The points are sorted along
-/// a curve as they are gathered; in any other order this is slower but not wrong.
+/// Boxes around consecutive points, so that a cube need not look at all points. Gathering sorts the points along a
+/// curve; in another order the boxes are slower but not wrong.
 class PointBoxes {
 public:
   PointBoxes(const std::vector<Eigen::Vector3f>& positions, Execution& execution)
@@ -82,7 +81,7 @@ public:
     });
   }
 
-  /// Calls visit(i) for all points in the box, and some around it.
+  /// Calls visit(i) for all points in the box, and for some around it.
   template <typename Visit>
   void forEachNear(const Eigen::AlignedBox3f& box, const Visit& visit) const
   {
@@ -98,11 +97,11 @@ private:
   std::vector<Eigen::AlignedBox3f> boxes_;
 };
 
-/// What is tried on all cubes alike.
+/// Settings that are tried on all cubes.
 struct Trial {
   double voxelSize;
   float gradientWeight;
-  double discRadius; ///< 0: one point in ten is held out; else all this close to a cube's center, cloud's unit
+  double discRadius; ///< points this close to a cube's center are held out, cloud's unit; 0: one point in ten
 
   bool operator<(const Trial& other) const
   {
@@ -111,15 +110,15 @@ struct Trial {
   }
 };
 
-/// One of the cubes: a lattice, the points in it that the field sees, and those held out to score it.
+/// One of the cubes: a lattice, the points in it that the field sees, and the held-out points that score it.
 struct Cube {
   Lattice lattice;
   OrientedPoints seen;
   std::vector<Eigen::Vector3f> heldOut;
-  std::vector<float> field;                     ///< of the ℓ tried last: the start for the next
-  std::map<double, std::vector<double>> errors; ///< by the ℓ that were tried
+  std::vector<float> field;                     ///< for the ℓ tried last: the start for the next
+  std::map<double, std::vector<double>> errors; ///< by ℓ: one per held-out point
 
-  /// \param core side of the cube around the center whose points are held out: the same for all that are compared
+  /// \param core side of the inner cube in which points are held out, cloud's unit: the same for all trials compared
   Cube(const OrientedPoints& points, const PointBoxes& boxes, const Eigen::Vector3f& center, const Trial& trial,
        double core)
   {
@@ -147,7 +146,7 @@ struct Cube {
     field.assign(lattice.size.count(), 0);
   }
 
-  /// Cuts off what is farther from all points than the margin: half of the lattice where the surface is level.
+  /// Reduces the lattice to the box of its points and the margin, which is half of it where the surface is level.
   void clip()
   {
     Eigen::AlignedBox3f box;
@@ -185,7 +184,7 @@ struct Cube {
   }
 };
 
-/// How thick the points lie around those held out: the third eigenvalues of so many nearest ones, beside the second.
+/// Thickness of the layer of points around each held-out point: third over second eigenvalue of its nearest points.
 std::vector<double> thicknesses(const Cube& cube, std::size_t neighbors)
 {
   std::vector<double> result;
@@ -210,7 +209,7 @@ std::vector<double> thicknesses(const Cube& cube, std::size_t neighbors)
   return result;
 }
 
-/// The minimum of a parabola through three equidistant values, as a multiple of the distance from the middle one.
+/// Offset of the minimum of a parabola through three equidistant values from the middle one, in their distances.
 double parabolaMinimum(double before, double middle, double after)
 {
   const double curvature = before - 2 * middle + after;
@@ -219,11 +218,11 @@ double parabolaMinimum(double before, double middle, double after)
 
 /// The errors at the held-out points of all cubes, for one ℓ.
 struct Score {
-  double error = 0; ///< mean
-  double noise = 0;
-  std::vector<double> sums;         ///< of the errors in each cube
-  std::vector<double> squares;      ///< summed likewise
-  std::vector<std::int64_t> counts; ///< of the held-out points in each
+  double error = 0;                 ///< mean
+  double noise = 0;                 ///< standard deviation, from the median
+  std::vector<double> sums;         ///< sum of the errors in each cube
+  std::vector<double> squares;      ///< sum of their squares in each cube
+  std::vector<std::int64_t> counts; ///< held-out points in each cube
 
   /// \param errors cube by cube
   explicit Score(const std::vector<std::vector<double>>& errors)
@@ -244,8 +243,8 @@ struct Score {
   std::int64_t heldOut() const { return std::accumulate(counts.begin(), counts.end(), std::int64_t{0}); }
 };
 
-/// How significantly the sum over the cubes is above zero: Student's t over its quantile that so few cubes exceed by
-/// chance once in fifty times (within 1 % from four cubes on).
+/// How significantly the sum over the cubes is above zero: Student's t, divided by the quantile that it exceeds by
+/// chance once in fifty times (within 1 % for four cubes or more).
 double significance(const std::vector<double>& values)
 {
   const auto count = static_cast<double>(values.size());
@@ -259,11 +258,11 @@ double significance(const std::vector<double>& values)
   return sum / deviation / (2.05 + 2.5 / freedom + 5.4 / (freedom * freedom));
 }
 
-/// From here on a difference counts.
+/// Significance above which a difference counts.
 constexpr double significant = 1;
 
-/// The errors of two trials at the same points, or their squares, so that what is common to them does not count: above
-/// zero if the first ones are larger than `factor` times the second.
+/// Significance of the differences between the errors (or their squares) of two trials at the same points: above zero
+/// if the first errors are larger than `factor` times the second.
 double compare(const Score& first, double factor, const Score& second, std::vector<double> Score::*errors)
 {
   std::vector<double> differences;
@@ -273,7 +272,7 @@ double compare(const Score& first, double factor, const Score& second, std::vect
   return significance(differences);
 }
 
-/// The same with a fixed error.
+/// The same for the errors of one trial and a fixed error.
 double compare(const Score& first, double error)
 {
   std::vector<double> differences;
@@ -282,8 +281,8 @@ double compare(const Score& first, double error)
   return significance(differences);
 }
 
-/// Whether cubes show a loss, by its significance(number of cubes). A few cubes are enough to find one; but an edge
-/// that suffers may be in none of them, so that all are asked before there is said to be none.
+/// Whether cubes show a loss. \param significance of the loss in a number of cubes. A few cubes are enough to find a
+/// loss. An edge that is lost may be in none of them, so that all cubes are asked before the answer is no.
 template <typename Significance>
 bool findsLoss(const Significance& significance)
 {
@@ -296,7 +295,7 @@ bool findsLoss(const Significance& significance)
   return loss > 0;
 }
 
-/// The lengths that are tried: the shortest times powers of √2.
+/// The lengths that are tried are the shortest one times powers of √2, up to this power.
 constexpr int longest = 6;
 
 double length(int steps, double spacing)
@@ -304,15 +303,15 @@ double length(int steps, double spacing)
   return std::pow(1.4142135623730951, steps) * shortestSmoothing(spacing);
 }
 
-/// The one of them closest to a length, within a fourth root of 2. It is mostly one that was tried, so that its scores
-/// are known, and what is best with it is so with the other one.
+/// The tried length closest to a length, within a fourth root of 2; the length itself if it is out of range. Its scores
+/// are mostly known already, and the best choices for it are the best for the length as well.
 double closestLength(double smoothing, double spacing)
 {
   const double steps = std::round(2 * std::log2(smoothing / shortestSmoothing(spacing)));
   return steps >= 0 && steps <= longest ? length(static_cast<int>(steps), spacing) : smoothing;
 }
 
-/// How noisy a scan is, as far as the shortest two lengths tell.
+/// How noisy a scan is, by the scores of the shortest two lengths.
 enum class NoiseLevel { low, unclear, high };
 
 NoiseLevel noiseLevel(const Score& shortest, const Score& second, double spacing, bool areFew)
@@ -321,7 +320,7 @@ NoiseLevel noiseLevel(const Score& shortest, const Score& second, double spacing
   constexpr double worthwhile = .95, clean = .1;
   if (!areFew)
     return gain > worthwhile && noise < clean ? NoiseLevel::low : NoiseLevel::high;
-  // About a hundred points: the ratio of their means is known to some 5 %, their median to some 12 %.
+  // With about a hundred points, the ratio of the means is known to some 5 %, the median to some 12 %.
   if (gain > 1.05 && noise < .75 * clean)
     return NoiseLevel::low;
   return gain < .8 || noise > 1.5 * clean ? NoiseLevel::high : NoiseLevel::unclear;
@@ -329,7 +328,7 @@ NoiseLevel noiseLevel(const Score& shortest, const Score& second, double spacing
 
 } // namespace
 
-/// Cubes are made, and scored for each trial, once, whatever asks for them.
+/// Makes each cube once and scores it once per trial and length, for all choices.
 class HoldOut::CrossValidation {
 public:
   CrossValidation(const OrientedPoints& points, float spacing, double finest, Prior prior, float gradientWeight,
@@ -370,7 +369,7 @@ public:
   float chooseGradientWeight(double smoothing, double noise)
   {
     constexpr float weaker = .4f, stronger = 4;
-    // Beneath so much noise positions are worth more than normals everywhere.
+    // Below `noisy` spacings of noise positions are worth more. Discs' errors have to be below `fewer` times as large.
     constexpr double noisy = .2, fewer = .92;
     if (noise < noisy * spacing_)
       return weaker;
@@ -397,7 +396,7 @@ public:
     smoothing = closestLength(smoothing, spacing_);
     ResolutionChoice choice;
     choice.voxelSize = finest_;
-    std::map<double, std::size_t> asked; // cubes, by the voxel size
+    std::map<double, std::size_t> asked; // number of cubes, by voxel size
     const auto at = [&](double voxelSize, std::size_t cubes) {
       asked[voxelSize] = std::max(asked[voxelSize], cubes);
       return score({voxelSize, gradientWeight, 0}, cubes, smoothing, noise);
@@ -406,8 +405,8 @@ public:
       const double voxelSize = finest_ * std::pow(1.4142135623730951, step);
       const auto isVisible = [&](const Score& coarse, std::size_t) { return compare(coarse, invisible_); };
       const auto isWorse = [&](const Score& coarse, std::size_t cubes) {
-        // The mean lets noise that larger voxels smooth on planes pay for the edges that they lose; squares let a few
-        // outliers hide all else.
+        // Both are compared. In the mean, noise that larger voxels smooth on planes outweighs the edges that they lose;
+        // in the squares, a few outliers hide all other errors.
         const Score& fine = at(finest_, cubes);
         return std::max(compare(coarse, worse, fine, &Score::sums),
                         compare(coarse, worse * worse, fine, &Score::squares));
@@ -418,7 +417,7 @@ public:
           return coarse.heldOut() < minHeldOut ? 0 : loss(coarse, cubes);
         });
       };
-      // The finest voxels, which take most of the time, are asked last.
+      // The finest voxels take most of the time: isWorse, which needs them, is asked last.
       const bool isTooCoarse = seesLoss(isVisible) && seesLoss(isWorse);
       choice.heldOut = at(voxelSize, asked[voxelSize]).heldOut();
       if (choice.heldOut < minHeldOut)
@@ -434,16 +433,15 @@ public:
 private:
   Trial finest() const { return {finest_, gradientWeight_, 0}; }
 
-  /// Scores a trial in up to so many cubes: those that have points to see and points held out.
-  /// \param noise of the points, as far as it is known: the field need not be exact beneath it
+  /// Scores a trial in up to `cubes` cubes. \param noise cloud's unit; the field need not be more exact
   Score score(const Trial& trial, std::size_t cubes, double smoothing, double noise)
   {
     const std::size_t used = std::min(cubes, centers_.size());
     std::vector<Cube>& made = cubes_[trial];
     while (made.size() < used)
       made.emplace_back(points_, boxes_, centers_[made.size()], trial, core_);
-    // In voxels, of a step near the zero level; what is left after it is about twice as much. With half of it under
-    // noise 46 of 48 clouds choose the same voxels and weights, and lengths within 3 %, in a tenth more time.
+    // Max change of a solver step near the zero level, voxels; the error left is about twice as much. With half of it
+    // under noise, 46 of 48 clouds choose the same voxels and weights, and lengths within 3 %, in a tenth more time.
     const double tolerance = std::max(3e-3, .04 * noise / trial.voxelSize);
     const PointWeights weights = pointWeights(prior_, smoothing, spacing_, trial.voxelSize, trial.gradientWeight);
     forEach(execution_, used, 1,
@@ -455,11 +453,11 @@ private:
     return Score(errors);
   }
 
-  /// The scores of all voxel sizes that were tried, at the points that all of them were asked about.
+  /// Reports the scores of all voxel sizes that were tried, in the cubes that all of them were scored in.
   template <typename Ask>
   void fillCurve(std::map<double, std::size_t> asked, const Ask& ask, ResolutionChoice& choice)
   {
-    asked.try_emplace(finest_, firstCubes); // so far nobody may have needed to know
+    asked.try_emplace(finest_, firstCubes); // the finest size may not have been needed so far
     std::size_t cubes = maxCubes;
     for (const auto& [voxelSize, number] : asked)
       cubes = std::min(cubes, number);
@@ -471,10 +469,10 @@ private:
     }
   }
 
-  /// The lengths around the one that the noise asks for, until the score rises on both sides.
+  /// Tries lengths around the one that the noise asks for, until the score rises on both sides, and chooses ℓ.
   void search(SmoothingChoice& choice)
   {
-    // Long enough that no noise is followed, so that what is left is the noise.
+    // This power is a length so long that the field follows no noise: the errors at the points are the noise.
     constexpr int reliable = 4;
     constexpr double rise = 1.01;
     const double noise = score(finest(), firstCubes, length(reliable, spacing_), .25 * spacing_).noise;
@@ -492,7 +490,7 @@ private:
         break;
       best = up;
     }
-    // Downwards past a rise within the scores' own noise.
+    // Downwards, the search goes on past a rise of up to 1 %, which may be noise of the scores.
     for (int down = errors.begin()->first - 1; down >= 0; --down) {
       if (errors.at(down + 1) > rise * errors.at(best))
         break;
@@ -510,11 +508,10 @@ private:
     const double atBest = errors.at(best);
     if (errors.count(best - 1) != 0 && errors.count(best + 1) != 0)
       choice.smoothing *= std::exp2(.5 * parabolaMinimum(errors.at(best - 1), atBest, errors.at(best + 1)));
-    // Under strong noise the score has its accidental minimum at a short ℓ, the deeper the stronger it is. Where a
-    // longer ℓ is much worse, what the field misses is no noise but edges and depths that it would smooth away. Six
-    // objects, scanned and at random, with noise of 2 spacings: surface within .21 and .15 % of the diagonal, within
-    // .34 and .27 with 1.1 throughout. With 1.2 throughout Kinect frames, of .3 spacings, lose a tenth of their
-    // accuracy.
+    // Under strong noise the score has an accidental minimum at a short ℓ, which is deeper for stronger noise. If a
+    // longer ℓ scores much worse, the errors are not noise, but edges and depths that it would smooth away. For six
+    // objects, scanned and at random, with noise of 2 spacings the surface is within .21 and .15 % of the diagonal, and
+    // within .34 and .27 with 1.1 throughout. With 1.2 throughout, Kinect frames of .3 spacings are a tenth less exact.
     constexpr double strong = .8;
     const double shallow = choice.noise > strong * spacing_ ? 1.5 : 1.1;
     double longestAllowed = choice.smoothing;
@@ -526,11 +523,11 @@ private:
       smoothThickNoise(choice);
   }
 
-  /// Whether the points lie in a layer so thick that few of them together tell no surface: those around three held-out
-  /// points of four look alike from all sides, the nearest 16 as well as the nearest 64. Of a bunny with noise of 1.3,
-  /// 1.9, 2.6 and 3.9 spacings the first quartile of the third eigenvalue, beside the second, is .22, .32, .38 and .45
-  /// of 16 and .11, .22, .32 and .47 of 64; of a Kinect frame, an airborne scan, noisy heads and a lidar's street at
-  /// most .17 of 16, though up to .19 of 64.
+  /// Whether the points lie in a layer so thick that a few of them show no surface: around three of four held-out
+  /// points, the nearest 16 and the nearest 64 points are spread in all directions. For a bunny with noise of 1.3, 1.9,
+  /// 2.6 and 3.9 spacings the first quartile of third over second eigenvalue is .22, .32, .38 and .45 of 16 points, and
+  /// .11, .22, .32 and .47 of 64. For a Kinect frame, an airborne scan, noisy heads and a lidar's street it is at most
+  /// .17 of 16 points, and up to .19 of 64.
   bool isThick()
   {
     const auto firstQuartile = [&](std::size_t neighbors) {
@@ -547,8 +544,8 @@ private:
     return firstQuartile(16) > .25 && firstQuartile(64) > .2;
   }
 
-  /// In a thick layer the field finds a sheet of zero level near any point, the nearer the shorter ℓ is. What the
-  /// longest one leaves is noise.
+  /// Chooses ℓ by the errors that the longest ℓ leaves, which are noise. In a thick layer a short ℓ makes sheets of the
+  /// zero level near every point, so that its errors are too small.
   void smoothThickNoise(SmoothingChoice& choice)
   {
     const Score smoothed = score(finest(), maxCubes, length(longest, spacing_), choice.noise);
@@ -562,9 +559,9 @@ private:
   const double finest_;
   const Prior prior_;
   const float gradientWeight_;
-  const double invisible_; ///< distance beneath which voxels may be larger
+  const double invisible_; ///< mean distance below which voxels may be larger, cloud's unit
   Execution& execution_;
-  const double core_; ///< side of the cubes whose points are held out: does not depend on the voxel size that is tried
+  const double core_; ///< side of the inner cubes with held-out points, the same for all voxel sizes, cloud's unit
   const PointBoxes boxes_;
   std::vector<Eigen::Vector3f> centers_; ///< of the cubes
   std::map<Trial, std::vector<Cube>> cubes_;

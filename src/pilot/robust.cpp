@@ -17,8 +17,8 @@
 namespace pcl::mrf {
 namespace {
 
-/// One solve: the scale c of the weights after it, in standard deviations of the residuals, and ℓ in voxels. At first
-/// all points count; at last those within the noise do, and details are followed.
+/// One solve: the scale c of the weights after it, in standard deviations of the residuals, and ℓ in voxels. In the
+/// first solve all points count; in the last one only those within the noise count, and the field follows details.
 struct Step {
   float scale, smoothing;
 };
@@ -26,14 +26,14 @@ constexpr Step steps[] = {{64, 1}, {16, .7f}, {8, .5f}, {6, .3f}, {6, .2f}};
 
 constexpr float minWeight = 1e-4f;
 
-/// Neighbors within so many of both their local spacings are of one component.
+/// Neighbors are in one component if their distance is at most this many local spacings of both.
 constexpr float componentReach = 3;
 constexpr int componentNeighbors = 16;
-/// A component of fewer points, or of a smaller share of them, has no say in the field: alone in free space it would
-/// get a bubble of its own at any weight. True pieces behind occluders pay for it.
+/// A component with fewer points, or a smaller share of them, has only minWeight in the field: alone in free space, it
+/// would get a bubble of its own even at a low weight. True pieces behind occluders are lost by that.
 constexpr double minComponentPoints = 50, minComponentShare = .0015;
 
-/// Flags of the points in small components; the largest one is none.
+/// Flags of the points in small components. The largest component never counts as small.
 std::vector<std::uint8_t> inSmallComponents(const OrientedPoints& points, const NeighborSearch& search, float spacing,
                                             Execution& execution)
 {
@@ -60,7 +60,7 @@ std::vector<std::uint8_t> inSmallComponents(const OrientedPoints& points, const 
   return result;
 }
 
-/// First-order distances of the points from the zero level.
+/// First-order distances |d|/‖∇d‖ of the points from the zero level.
 std::vector<float> residuals(const std::vector<Eigen::Vector3f>& positions, const DistanceField& field,
                              Execution& execution)
 {
@@ -72,7 +72,7 @@ std::vector<float> residuals(const std::vector<Eigen::Vector3f>& positions, cons
   return result;
 }
 
-/// Standard deviation of a Gaussian with the median of these absolute values.
+/// Standard deviation of the Gaussian whose absolute values have the same median as these.
 float deviation(const std::vector<float>& absolute)
 {
   return static_cast<float>(deviationPerMedian) * median(absolute);
@@ -100,14 +100,14 @@ std::vector<std::uint8_t> keptByField(const OrientedPoints& points, const Neighb
     const DistanceField field =
         regularize({&weighted, &search, boundingBox(points.positions)}, spacing, options, execution).field;
     errors = residuals(points.positions, field, execution);
-    // Beneath a tenth of a voxel residuals are the grid's, not the points'.
+    // Residuals below a tenth of a voxel are errors of the grid, not of the points.
     const float limit = step.scale * std::max(deviation(errors), .1f * side);
     for (std::size_t i = 0; i < points.size(); ++i) {
       const float ratio = limit * limit / (limit * limit + errors[i] * errors[i]);
       weights[i] = std::max(ratio * ratio, minWeight);
     }
   }
-  // Measured on three clean scans: half a voxel drops details, .7 keeps clusters near the surface.
+  // On three clean scans, a limit of half a voxel drops details; one of .7 keeps clusters near the surface.
   const float limit = std::max(5 * deviation(errors), .55f * side);
   std::vector<std::uint8_t> keep(points.size());
   std::transform(errors.begin(), errors.end(), keep.begin(),

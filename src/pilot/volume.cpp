@@ -21,31 +21,29 @@
 namespace pcl::mrf {
 namespace {
 
-/// SolverOptions::changeTolerance of its solution, by what observes: levels that observe points stop 1.5 times as
-/// early.
+/// changeTolerance of the coarse solution. Levels that observe points stop at 1.5 times toleranceAtPoints.
 constexpr double toleranceAtPoints = 1. / 300, toleranceAtVoxels = 1.25e-3;
 
 constexpr int pilotSide = 20; ///< voxels of the coarse solution along the points' longest side
 
-constexpr float roomPerOpening = 1.2f; ///< around a vertex without data, in its distances to the nearest point
+constexpr float roomPerOpening = 1.2f; ///< ball around a vertex in an opening, in its distances to the nearest point
 
-constexpr float beyondHole = 1.25f; ///< of a hole's limit: the coarse solution sees its size but roughly
+constexpr float beyondHole = 1.25f; ///< factor for maxHole, because the coarse solution shows sizes only roughly
 
-/// The sheet around an open surface gets a strip of at most this width, in voxels of the coarse solution and of the
-/// finest level.
+/// Max width of the strip of sheet around an open surface, in voxels of the coarse solution, and of the finest level.
 constexpr float coarseVoxelsAtRim = 2, voxelsAtRim = 20;
 
-/// An opening is reliable if the coarse solution has the normals of most of the points that are nearest to it: what is
-/// thinner than its voxels, as a long corridor may be, it cannot tell.
+/// An opening is reliable if, for at least minAgreement of its vertices, the coarse solution has the normal of the
+/// nearest point: the cosine is above agreeingCosine. It is wrong at parts thinner than its voxels, as a long corridor.
 constexpr double minAgreement = .75;
 constexpr float agreeingCosine = .5f;
 
-/// A vertex is amid data if no wider sector around it is free of them, seen along its normal; they are looked for
-/// within some of its distances to the nearest point.
+/// A vertex is amid data if, seen along its normal, no sector wider than widestFreeSector radians is free of data. Data
+/// are looked for within sightPerDistance times its distance to the nearest point.
 constexpr double widestFreeSector = 150 * M_PI / 180;
 constexpr float sightPerDistance = 3;
 
-/// The surface that no point supports, in the parts of the mesh that have some points, by connected openings.
+/// The connected openings: surface that no point supports, in the components of the mesh that some points support.
 class Openings {
 public:
   Openings(const TriangleMesh& mesh, const DistanceField& field, const OrientedPoints& points,
@@ -95,10 +93,10 @@ public:
   float distance(std::size_t v) const { return distances_[v]; }
   /// The largest distance in the opening of a vertex.
   float largest(std::size_t v) const { return largest_[openingOf_[v]]; }
-  /// True if the surface goes on from there to the border of the coarse solution.
+  /// True if the opening of a vertex reaches the border of the coarse solution.
   bool reachesBorder(std::size_t v) const { return reachesBorder_[openingOf_[v]] != 0; }
 
-  /// True if the surface in the opening of a vertex is more than a guess at what the grid cannot tell.
+  /// True if the coarse grid is fine enough for the surface around the opening of a vertex.
   bool isReliable(std::size_t v) const
   {
     const std::size_t opening = openingOf_[v];
@@ -128,10 +126,10 @@ public:
 private:
   bool isFree(std::int32_t v) const { return !(mesh_.confidences[v] > 0); }
   const TriangleMesh& mesh_;
-  std::vector<std::size_t> openingOf_; ///< by its first vertex
+  std::vector<std::size_t> openingOf_; ///< representative vertex of each vertex's opening
   std::vector<float> distances_, largest_;
   std::vector<std::uint8_t> reachesBorder_;
-  std::vector<std::int32_t> vertices_, agreeing_; ///< of each opening: all, and those whose nearest point agrees
+  std::vector<std::int32_t> vertices_, agreeing_; ///< per opening: all, and those whose nearest point agrees
 };
 
 } // namespace

@@ -23,7 +23,7 @@ bool isUsable(const Eigen::Vector3f& normal)
   return normal.allFinite() && normal.cast<double>().norm() > 1e-6;
 }
 
-/// \return whether one of the flagged points has a normal
+/// \return whether at least one flagged point has a usable normal
 bool hasUsableNormals(const std::vector<Eigen::Vector3f>& normals, const std::vector<std::uint8_t>& keep,
                       Execution& execution)
 {
@@ -35,7 +35,7 @@ bool hasUsableNormals(const std::vector<Eigen::Vector3f>& normals, const std::ve
   }) > 0;
 }
 
-/// Drops all but the first of equal positions, which follow each other, with their origins. \return how many it dropped
+/// Keeps the first of equal positions, with its origin. \pre equal positions are consecutive \return points dropped
 std::int64_t dropRepeated(PointSet& points)
 {
   std::size_t kept = 0;
@@ -62,7 +62,7 @@ void requireSensor(const Eigen::Vector3d& sensor, std::size_t number)
   throw InvalidInput(text.str());
 }
 
-/// The options' wishes for normals. \return whether points without one are of no use
+/// Applies the option normals.source to the cloud. \return whether points without a normal have to be dropped
 bool requireNormals(RawCloud& cloud, NormalSource source)
 {
   if (source == NormalSource::estimate)
@@ -73,7 +73,7 @@ bool requireNormals(RawCloud& cloud, NormalSource source)
   return source == NormalSource::use;
 }
 
-/// \throw InvalidOption if the noise is known twice
+/// \throw InvalidOption if the noise is given both per point and by an option
 void requireOneNoise(const RawCloud& cloud, const ObservationOptions& options)
 {
   if (cloud.deviations.empty() || (!(options.noise > 0) && options.noiseModel == "automatic"))
@@ -84,14 +84,14 @@ void requireOneNoise(const RawCloud& cloud, const ObservationOptions& options)
                       " tells another one; give one of them");
 }
 
-/// The float spacing of the largest coordinates.
+/// The step between floats at the largest coordinate.
 float resolutionOf(const BoundingBox& box)
 {
   const float farthest = std::max(box.lower.cwiseAbs().maxCoeff(), box.upper.cwiseAbs().maxCoeff());
   return std::nextafter(farthest, std::numeric_limits<float>::infinity()) - farthest;
 }
 
-/// Values in the order of the points, of an array that is freed.
+/// Brings values into the order of the points, applies `change` to each, and frees the given array.
 template <typename Value, typename Change>
 std::vector<Value> ordered(std::vector<Value>& values, const std::vector<std::uint32_t>& origins, Execution& execution,
                            const Change& change)
@@ -104,7 +104,7 @@ std::vector<Value> ordered(std::vector<Value>& values, const std::vector<std::ui
 
 Eigen::Vector3f unitOrZero(const Eigen::Vector3f& vector)
 {
-  const Eigen::Vector3d normal = vector.cast<double>(); // whose square single precision may not hold
+  const Eigen::Vector3d normal = vector.cast<double>(); // its square may not fit a float
   const double length = normal.norm();
   return std::isfinite(length) && length > 0 ? Eigen::Vector3f((normal / length).cast<float>())
                                              : Eigen::Vector3f::Zero();
@@ -170,7 +170,7 @@ PointSet gather(RawCloud cloud, const Options& options, PointCounts& counts, Exe
   if (!hasNormals)
     cloud.normals = std::vector<Eigen::Vector3f>();
 
-  // Each is freed before the next one is ordered; the first decides which points are left.
+  // Each array is freed before the next one is ordered. The positions decide which points are left.
   points.positions = ordered(cloud.positions, points.origins, execution, [](const Eigen::Vector3f& p) { return p; });
   counts.duplicates = dropRepeated(points);
   counts.used = static_cast<std::int64_t>(points.origins.size());

@@ -13,7 +13,7 @@
 
 namespace pcl::mrf {
 
-/// \throw ResourceLimit for more points than the indices of searches and of PCL count, 2³¹ − 1
+/// \throw ResourceLimit if there are more than 2³¹ − 1 points, the limit of the indices of searches and of PCL
 inline void requireCountable(std::size_t points)
 {
   constexpr std::size_t max = std::numeric_limits<std::int32_t>::max();
@@ -23,14 +23,14 @@ inline void requireCountable(std::size_t points)
 }
 
 /// Builds the gathered points: the part of a cloud the stages can use.
+/// Points whose normal is zero or not finite are dropped only for NormalSource::use. If all normals are zero or not
+/// finite, the normals are removed instead, as if the cloud had none. Of equal positions only the first is kept.
 /// \param cloud its arrays are freed one after the other, as soon as they have been read
-/// \param counts receives input, notFinite, duplicates, zeroNormals, zeroConfidence
+/// \param counts receives input, used, notFinite, duplicates, zeroNormals, zeroConfidence
 /// \throw InvalidInput as validate does, or if a sensor is not finite, or farther than 1e18 from the cloud
-/// \throw InvalidOption if the options want normals that the cloud has not
-/// Points with a normal that is zero or not finite are dropped only if the normals are to be used as they are. If all
-/// normals are, they are left out instead, as of a cloud that has none yet. Of equal positions the first is kept.
-/// \return the points along a space-filling curve, so that the stages find neighbors close in memory; neither their
-/// positions nor their order depend on the order they came in
+/// \throw InvalidOption if the options need normals and the cloud has none, or if the noise is given twice
+/// \return the points sorted along a space-filling curve, so that neighbors are close in memory. Positions and order
+/// do not depend on the order of the input
 PointSet gather(RawCloud cloud, const Options& options, PointCounts& counts, Execution& execution);
 
 } // namespace pcl::mrf

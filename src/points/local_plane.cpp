@@ -10,7 +10,7 @@ namespace pcl::mrf {
 Plane PlaneMoments::plane() const
 {
   // Neighbors lie on a line if the second eigenvalue is at most this share of the first, that is, if they are 10⁴
-  // times as long as wide: about what rounding to single precision makes of a line that is short within its cloud.
+  // times as long as wide. Rounding to single precision makes a short line of a cloud about that wide.
   constexpr double collinear = 1e-8;
   Plane plane;
   if (count_ < 3)
@@ -23,7 +23,7 @@ Plane PlaneMoments::plane() const
   const double scale = covariance.trace();
   if (!(scale > 0))
     return plane;
-  // Of unit trace, because PCL's closed-form roots compare with absolute limits.
+  // Scaled to unit trace, because PCL's closed form of the eigenvalues compares with absolute limits.
   covariance /= scale;
   Eigen::Vector3d values;
   eigen33(covariance, values);

@@ -9,20 +9,20 @@
 
 namespace pcl::mrf {
 
-/// Points nearest to a point, itself included, that tell its normal where nothing speaks for more.
+/// Default number of nearest points, the point itself included, that a plane is fitted to.
 constexpr int nearestNeighbors = 13;
 
 struct Plane {
   Eigen::Vector3d normal = Eigen::Vector3d::Zero(); ///< zero if the neighbors do not span a plane
-  double thirdShare = 0;                            ///< of the third eigenvalue in their sum
-  double distance = 0;                              ///< from the point, cloud's unit
+  double thirdShare = 0;                            ///< third eigenvalue over the sum of the three
+  double distance = 0;                              ///< of the point from the plane, cloud's unit
   double secondToFirst = 0, thirdToSecond = 0;      ///< ratios of eigenvalues
 
-  /// As wide as a plane needs. A disc has 1, a half one at a border .28; the nearest points of a lidar's ring, of one
-  /// line, have next to nothing.
+  /// The neighbors are spread widely enough to define a plane. secondToFirst is 1 for a disc, .28 for half a disc at a
+  /// border, and nearly 0 for the nearest points of a lidar's ring, which lie on a line.
   bool isSound() const { return secondToFirst >= .1; }
 
-  /// Noise of less than an eighth of its radius. Twice as many points average the noise of one that is not flat.
+  /// The noise is less than an eighth of the neighborhood's radius. Otherwise twice as many points average it.
   bool isFlat() const { return thirdToSecond < 1. / 16; }
 };
 
@@ -45,8 +45,8 @@ public:
     zz_ += p.z() * p.z();
   }
 
-  /// What pcl::NormalEstimation does per point, with PCL's closed form of the eigenvalues, but in double precision: its
-  /// own single precision loses the middle eigenvalue, which tells lines from planes, and small third ones.
+  /// Fits the plane as pcl::NormalEstimation does, with PCL's closed form of the eigenvalues, but in double precision:
+  /// single precision loses the middle eigenvalue, which tells lines from planes, and a small third one.
   Plane plane() const;
 
 private:
@@ -55,7 +55,7 @@ private:
   std::size_t count_ = 0;
 };
 
-/// The plane of neighbors, the point itself among them.
+/// The plane through the neighbors of a point. The neighbors include the point itself.
 template <typename Index>
 Plane fitPlane(const std::vector<Eigen::Vector3f>& positions, const Index* neighbors, std::size_t count,
                const Eigen::Vector3f& position)

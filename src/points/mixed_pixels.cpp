@@ -13,36 +13,38 @@
 namespace pcl::mrf {
 namespace {
 
-/// Points next to a point in its sensor's view.
+/// Number of neighbors of a point in its sensor's view.
 constexpr int besides = 16;
 
-/// Two surfaces show where half of them are near the nearest or the farthest of them, within this share of the way
-/// between these or off a surface by no more than noise is, and some near either. Along a slope they are spread evenly.
+/// There are two surfaces if at least atEither neighbors lie near the front, at least atEither near the back, and in
+/// sum at least atBoth. Front and back are the smallest and the largest range of the neighbors. Near means
+/// within nearEnd of the way from front to back, or within the noise. On a slope the ranges are spread evenly.
 constexpr float nearEnd = .1f;
 constexpr std::ptrdiff_t atEither = 2, atBoth = besides / 2;
 
-/// About as far away is what differs by less than this share of the way from one surface to the other. Of a mixed pixel
-/// so many of the others are, and one more where mixed pixels are so dense, one in so many of a sensor's points, that
-/// they are next to each other. Of the leaves of a tree more are.
+/// A neighbor is at the range of the point if the ranges differ by less than `alike` of the way from front to back. A
+/// mixed pixel has at most mostAlike such neighbors; one more if more than one in `dense` of the sensor's points are
+/// mixed, because mixed pixels are then next to each other. The leaves of a tree have more.
 constexpr float alike = .05f;
 constexpr std::ptrdiff_t mostAlike = 1;
 constexpr std::size_t dense = 200;
 
-/// Off a surface is what is so many times as far from it as four of five points of its range are from the median of
-/// those next to them.
+/// A point is off a surface if its range differs by more than `clearly` times the step at the surface's range. The step
+/// is the quantile `typical` of how much points of that range differ from the median range of their neighbors.
 constexpr float clearly = 4;
 constexpr double typical = .8;
 
-/// Where fewer of a sensor's points are mixed, one in so many, they are left: it hardly has any.
+/// If fewer than one in `rare` of a sensor's points are mixed, none is dropped.
 constexpr std::size_t rare = 4000;
 
-/// Of more points so many are asked first: where their view of the scene has hardly any, the others are spared.
+/// A sensor with more than twice this number of points has a sample of this size searched first. If hardly any of the
+/// sample is mixed, the other points are not searched.
 constexpr std::size_t sampled = 65536;
 
-/// Ranges of the points next to one, ascending.
+/// Ranges of the neighbors of a point, ascending.
 using Ranges = std::array<float, besides>;
 
-/// What one sensor saw.
+/// The points that one sensor saw, with their ranges.
 class DepthView {
 public:
   DepthView(const Eigen::Vector3f& sensor, const std::vector<Eigen::Vector3f>& positions, Execution& execution)
@@ -53,7 +55,7 @@ public:
     measureSteps();
   }
 
-  /// One flag for each of its points. \param most others that are as far away as a mixed pixel
+  /// \param most max number of neighbors at the range of a mixed pixel \return one flag per point
   std::vector<std::uint8_t> findMixed(std::ptrdiff_t most, Execution& execution) const
   {
     std::vector<std::uint8_t> mixed(ranges_.size(), 0);
@@ -67,13 +69,13 @@ public:
   }
 
 private:
-  /// A quarter of an octave. A point at its sensor has no range.
+  /// The group of a range: a quarter of an octave. Points at the sensor itself, with range 0, are a group of their own.
   static int groupOf(float range)
   {
     return range > 0 ? static_cast<int>(std::floor(4 * std::log2(range))) : std::numeric_limits<int>::min();
   }
 
-  /// \param found indices of one more than these, the point itself in general among them
+  /// \param found besides + 1 indices, in general with the point itself among them
   template <typename Index>
   Ranges rangesOf(const Index* found, std::size_t point) const
   {
@@ -86,8 +88,8 @@ private:
     return ranges;
   }
 
-  /// How far points of each range are from the median of those next to them: by noise, by steps of the depths, and by
-  /// the slopes of the surfaces.
+  /// Measures, per group of ranges, how much a point's range differs from the median range of its neighbors. Noise,
+  /// quantized depths and slopes of the surfaces cause it.
   void measureSteps()
   {
     constexpr std::size_t most = 8192;
@@ -131,7 +133,7 @@ private:
   std::map<int, float> steps_;
 };
 
-/// Those of a sensor's points that are mixed; none where they are rare.
+/// The mixed pixels among a sensor's points; none if they are rare.
 std::vector<std::uint32_t> mixedAmong(const std::vector<std::uint32_t>& seen, const Eigen::Vector3f& sensor,
                                       const std::vector<Eigen::Vector3f>& positions, std::ptrdiff_t most,
                                       Execution& execution)
@@ -175,7 +177,7 @@ std::int64_t dropMixedPixels(const PointArrays& points, std::vector<std::uint8_t
     eraseDropped();
     if (seen.size() > 2 * sampled && mixedOf(sampleOf(seen), mostAlike).empty())
       continue;
-    // Without those that are found others have a surface on either side.
+    // Repeated, because dropping mixed pixels reveals the surfaces next to others.
     for (std::size_t found = 0;;) {
       const std::vector<std::uint32_t> mixed = mixedOf(seen, found * dense > seen.size() ? mostAlike + 1 : mostAlike);
       if (mixed.empty())

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// Points that lie between two surfaces, on neither (mixed or flying pixels; the sensor's properties of Sec. 3.3.2;
-/// ours).
+/// Finds points between two surfaces, on neither (mixed or flying pixels; sensor's properties of Sec. 3.3.2; ours).
 #pragma once
 
 #include <pcl/surface/mrf/execution.h>
@@ -11,13 +10,13 @@
 
 namespace pcl::mrf {
 
-/// Clears the flags of points next to which their sensor saw one surface in front of them and another behind, and
-/// hardly anything as far away as they are: it measured a mixture of the two. See src/method.md, "Outliers". Does
-/// nothing where it is not known who saw the points, and where a sensor has fewer of them than one in 4,000.
-/// \return how many it cleared
+/// Clears the flags of mixed pixels. Next to a mixed pixel, its sensor saw one surface in front of it and another
+/// behind it, and hardly any point at the same range: it measured a mixture of the two surfaces. See src/method.md,
+/// "Outliers". Points of an unknown sensor stay, and so do all points of a sensor if fewer than one in 4,000 are mixed.
+/// \return the number of flags cleared \throw Cancelled
 ///
-/// Cost: of each sensor a search of its points and the 16 nearest of each, again while it finds more, and of 65,536 of
-/// them where these have hardly any; some 45 bytes a point. \throw Cancelled
+/// Cost: for each sensor, a search structure of its points and the 16 nearest of each point, repeated while mixed
+/// pixels are found. Of more than 131,072 points, a sample of 65,536 is searched first. Some 45 bytes per point.
 std::int64_t dropMixedPixels(const PointArrays& points, std::vector<std::uint8_t>& keep, Execution& execution);
 
 } // namespace pcl::mrf

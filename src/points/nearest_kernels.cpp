@@ -13,10 +13,10 @@ using Lanes4 = float __attribute__((vector_size(16)));
 using Lanes8 = float __attribute__((vector_size(32)));
 using Lanes16 = float __attribute__((vector_size(64)));
 
-/// Keeps k sorted values per lane; a new one sinks to its place by minimum and maximum, without a branch.
+/// Keeps k sorted values per lane. A new value sinks to its place by minimum and maximum, without a branch.
 ///
-/// Vectors of the width that the instruction set has: left to itself the compiler does not keep the sorted values in
-/// registers, and wider vectors than there are it takes apart into single values.
+/// The vectors are as wide as those of the instruction set. Without vector types the compiler does not keep the sorted
+/// values in registers, and it splits vectors that are too wide into single values.
 template <typename Lanes, std::size_t k>
 MRF_ALWAYS_INLINE void nearestBody(std::size_t count, Coordinates candidates, Coordinates queries, float* result)
 {

@@ -11,7 +11,7 @@
 namespace pcl::mrf {
 namespace {
 
-/// Where memory runs out during a query FLANN ends the process: it allocates inside of a parallel loop of its own.
+/// If memory runs out during a query, FLANN ends the process, because it allocates inside of its own parallel loop.
 class KdTree : public NeighborSearch {
 public:
   void setPoints(const std::vector<Eigen::Vector3f>& positions) override { tree_.setInputCloud(toPclCloud(positions)); }

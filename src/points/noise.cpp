@@ -18,33 +18,31 @@
 namespace pcl::mrf {
 namespace {
 
-/// Neighborhoods, by the number of their points; each is about 1.4 times as wide as the one before.
+/// Numbers of points in the neighborhoods; each neighborhood is about 1.4 times as wide as the one before.
 constexpr std::array<std::size_t, 6> neighborhoods = {12, 24, 48, 96, 192, 384};
-/// Points that are asked: the few tell whether there is enough noise to be measured.
+/// Numbers of points at which noise is measured: first fewSamples, and maxSamples only if these show enough noise.
 constexpr std::size_t fewSamples = 256, maxSamples = 2048;
 constexpr std::size_t groupCount = 6;
-/// Lengths that noise may be shared over, in spacings. With the last, the widest neighborhoods still show more than
-/// narrower ones.
+/// Correlation lengths that are tried, in spacings. With the last one, residuals grow up to the widest neighborhoods.
 constexpr std::array<double, 8> correlations = {1., 1.41, 2., 2.83, 4., 5.66, 8., 11.3};
-constexpr int unknowns = 6; ///< of a quadric
+constexpr int unknowns = 6; ///< coefficients of a quadric
 
-/// White noise shows .85 to 1.1 of itself to the nearest points, that of depth cameras 0 to .76, but for few groups.
+/// Neighbors share noise if the nearest points show less than this part of σ. They show .85 to 1.1 of white noise and 0
+/// to .76 of a depth camera's noise, except in a few groups.
 constexpr double shared = .8;
 
-/// Points are on a line if their width is less than this of their length, squared. A disc has 1, points of one ring of
-/// a lidar next to nothing.
+/// Points lie on a line if (width / length)² is at most this. A disc has 1, points of one ring of a lidar nearly 0.
 constexpr double onLine = .1;
 
-/// Of one point: radii of its neighborhoods and what quadrics leave there, in local spacings; NaN where there is no
-/// quadric.
+/// Measurements at one point, in local spacings: radii of its neighborhoods, residuals of their quadrics (NaN: none).
 struct Sample {
   double key = 0, spacing = 0, known = 0;
   std::array<double, neighborhoods.size()> radius, residual;
-  double nearest = std::numeric_limits<double>::quiet_NaN(); ///< what those closest along the plane show
-  double roundness = nearest;                                ///< of the widest neighborhood: width over length, squared
+  double nearest = std::numeric_limits<double>::quiet_NaN(); ///< residual of the points closest along the plane
+  double roundness = nearest;                                ///< (width / length)² of the widest neighborhood
 };
 
-/// The neighbors relative to the first, in radii: the first coordinate is the height over a plane, two are along it.
+/// Positions of the neighbors relative to the first one, in radii: height over the plane, then two coordinates in it.
 Eigen::Matrix3Xd overPlane(const Eigen::Vector3d& normal, const std::vector<Eigen::Vector3f>& positions,
                            const int* neighbors, std::size_t count, double radius)
 {
@@ -57,7 +55,7 @@ Eigen::Matrix3Xd overPlane(const Eigen::Vector3d& normal, const std::vector<Eige
   return local;
 }
 
-/// The deviation of points from the quadric of their heights, in their unit.
+/// Standard deviation of the points' heights from the fitted quadric, in the unit of `local`.
 double quadricResidual(const Eigen::Matrix3Xd& local)
 {
   using Row = Eigen::Matrix<double, unknowns, 1>;
@@ -79,8 +77,8 @@ double quadricResidual(const Eigen::Matrix3Xd& local)
   return std::sqrt(squares / static_cast<double>(local.cols() - unknowns));
 }
 
-/// What the points show that are closest along the plane of all of them: white noise in full, however thick the layer
-/// is that it makes of the points. Those closest in space are of similar height there.
+/// Residual of the points closest along the plane of all points. It shows white noise in full, however thick the layer
+/// of points is. In a thick layer, the points closest in space have similar heights and would show less.
 double nearestResidual(const Eigen::Matrix3Xd& local)
 {
   std::vector<std::pair<double, Eigen::Index>> byDistance;
@@ -99,14 +97,14 @@ double nearestResidual(const Eigen::Matrix3Xd& local)
     uv += u * v;
     vv += v * v;
   }
-  // λ > t Λ if λ Λ (1 + t)² > t (λ + Λ)², which the determinant and the trace tell.
+  // The eigenvalues λ ≤ Λ satisfy λ > t Λ if λ Λ (1 + t)² > t (λ + Λ)²: determinant and trace are enough.
   if (!((uu * vv - uv * uv) * (1 + onLine) * (1 + onLine) > onLine * (uu + vv) * (uu + vv)))
     return std::numeric_limits<double>::quiet_NaN();
   return radius * quadricResidual(nearest);
 }
 
-/// The nearest points. Of those that several sensors may have seen, some are on the other wall of a thin object, which
-/// is no noise: they face the other side.
+/// Finds the nearest points. Unless there is exactly one sensor, points whose normals face away are left out: they may
+/// lie on the other wall of a thin object, which is not noise.
 void findAround(const OrientedPoints& points, const NeighborSearch& search, std::size_t point, Neighbors& found)
 {
   const std::size_t wanted = neighborhoods.back();
@@ -148,7 +146,7 @@ Sample measure(const OrientedPoints& points, const NeighborSearch& search, std::
   return sample;
 }
 
-/// Of those that are not NaN; NaN without any.
+/// Quantile of the values that are not NaN; NaN if there are none.
 double quantileOfNumbers(std::vector<double> values, double share)
 {
   values.erase(std::remove_if(values.begin(), values.end(), [](double value) { return std::isnan(value); }),
@@ -156,8 +154,7 @@ double quantileOfNumbers(std::vector<double> values, double share)
   return values.empty() ? std::numeric_limits<double>::quiet_NaN() : quantile(std::move(values), share);
 }
 
-/// The first quartile of the deviation of so many points from their quadric, of Gaussian noise of deviation 1: that of
-/// χ, as Wilson and Hilferty approximate it.
+/// First quartile of quadricResidual for Gaussian noise of deviation 1: that of χ, by Wilson and Hilferty.
 double quartileOfDeviation(std::size_t count)
 {
   constexpr double quartile = -.6745; // of a Gaussian
@@ -165,8 +162,8 @@ double quartileOfDeviation(std::size_t count)
   return std::pow(1 - 2 / (9 * freedom) + quartile * std::sqrt(2 / (9 * freedom)), 1.5);
 }
 
-/// Fits σ, c and the shape to what quadrics leave within several radii, both in spacings. Logarithms, each off by at
-/// most a limit, because steps of a quantised range leave nothing within small radii.
+/// Fits σ, the correlation length c and the shape to the residuals of quadrics within several radii, all in spacings.
+/// It compares logarithms, with a max misfit each, because a quantized range leaves no residual within small radii.
 NoiseGroup fit(const std::vector<double>& radii, const std::vector<double>& residuals)
 {
   constexpr double lowest = .02, maxMisfit = 1;
@@ -197,7 +194,7 @@ NoiseGroup fit(const std::vector<double>& radii, const std::vector<double>& resi
   return best;
 }
 
-/// Of squares that the points stand for, over neighborhoods that are wider than noise spreads the points.
+/// Median side of the squares that the points stand for, cloud's unit, from neighborhoods wider than the noise.
 double medianSide(const std::vector<Sample>& samples)
 {
   constexpr std::size_t wide = 4;
@@ -239,17 +236,18 @@ NoiseGroup describe(const std::vector<Sample>& samples)
   };
   const double alongPlane = ofFewest([](const Sample&sample) { return sample.nearest; }),
                inSpace = ofFewest([](const Sample&sample) { return sample.residual.front(); });
-  // A quantised range leaves the points in sheets, which those closest along the plane change between.
+  // A quantized range leaves the points in sheets. Points closest along the plane are then of different sheets.
   constexpr double ofSheets = .1;
   const bool inSheets = inSpace < ofSheets * group.deviation;
   group.white = inSheets ? inSpace : std::isnan(alongPlane) ? group.deviation : std::min(alongPlane, group.deviation);
-  // Relief that grows up to the widest neighborhoods looks the same as noise that neighbors share, but for sheets; so
-  // does a rod that they reach around, along which they are longer than wide.
+  // Residuals that grow up to the widest neighborhoods are relief, not shared noise, unless there are sheets. So are
+  // those of neighborhoods that reach around a rod, which are longer than wide.
   constexpr double ofRods = .3;
   const bool isRelief = !inSheets && !(group.correlation < correlations.back() * group.spacing);
   if (isRelief || quantileOf([](const Sample& sample) { return sample.roundness; }, .5) < ofRods)
     group.deviation = group.white;
-  // Across the rings of a lidar neighbors share nothing: what differs between these is shape.
+  // Points closest along the plane lie on a line within the rings of a lidar. Neighbors in different rings share no
+  // noise: the differences between rings are shape.
   constexpr double onRings = .25;
   double wide = 0, ofRings = 0;
   for (const Sample& sample : samples)
@@ -264,7 +262,7 @@ NoiseGroup describe(const std::vector<Sample>& samples)
   return group;
 }
 
-/// ℓ that a group's noise asks for, see src/method.md; the factor is what suits six depth frames.
+/// The ℓ that a group's noise asks for, see src/method.md; the factor suits six depth frames.
 double smoothingFor(const NoiseGroup& group)
 {
   constexpr double factor = 1.75;
@@ -273,15 +271,15 @@ double smoothingFor(const NoiseGroup& group)
   return factor * a * std::pow(deviation * over / (a * a), .25);
 }
 
-/// ℓ goes with this power of the deviation that points weigh by, for a prior of order 3.
+/// ℓ is proportional to this power of the deviation that points weigh by, for a prior of order 3.
 constexpr double smoothingPower = .4;
 
-/// What points weigh by, as a power of the key: the median slope between two groups, and the median factor.
-/// \param follows of a group; goes with this power of what its points weigh by
+/// Sets the σ that points weigh by as a power of the key: the median slope between two groups, and the median factor.
+/// \param follows value of a group that is proportional to this power of its points' σ
 void fitLaw(NoiseModel& model, double (*follows)(const NoiseGroup& group), double power)
 {
-  constexpr double steepest = 3; // a time of flight has 0 to 2, a disparity 2, and noise of smaller parts tells less
-  constexpr double apart = 1.3;  // keys that tell a slope
+  constexpr double steepest = 3; // max exponent; time of flight has 0 to 2, disparity 2; small parts show it less well
+  constexpr double apart = 1.3;  // min ratio of two keys for a slope
   std::vector<double> slopes, factors;
   for (std::size_t a = 0; a < model.groups.size(); ++a)
     for (std::size_t b = a + 1; b < model.groups.size(); ++b)
@@ -297,7 +295,7 @@ void fitLaw(NoiseModel& model, double (*follows)(const NoiseGroup& group), doubl
   model.deviation = quantile(factors, .5);
 }
 
-/// ℓ of the median point that is enough for all groups, as weights make it longer and shorter.
+/// The ℓ of the median point that is enough for all groups: weights make the ℓ of a group longer or shorter.
 double smoothingForAll(const NoiseModel& model)
 {
   double smoothing = 0;
@@ -314,10 +312,10 @@ double keyOf(const NoiseModel& model, const OrientedPoints& points, std::size_t 
   return static_cast<double>(model.isByRange ? (points.positions[i] - model.sensor).norm() : points.spacings[i]);
 }
 
-/// Of the groups, those that must agree about the noise of all.
+/// Share of the groups that must agree about the noise of the cloud.
 constexpr double majority = 2. / 3;
 
-/// What most groups ask for at least.
+/// The largest factor such that this share of the groups asks for it or more.
 double lengtheningOf(const std::vector<NoiseGroup>& groups)
 {
   std::vector<double> all;
@@ -326,7 +324,7 @@ double lengtheningOf(const std::vector<NoiseGroup>& groups)
   return valueAt(std::move(all), static_cast<std::size_t>((1 - majority) * groupCount + .5));
 }
 
-/// Sets the groups and their median key. \param most points that are asked
+/// Sets the model's groups and median key. \param most max number of points at which noise is measured
 void measureGroups(const OrientedPoints& points, const NeighborSearch& search, double known, std::size_t most,
                    NoiseModel& model, Execution& execution)
 {
@@ -356,7 +354,7 @@ void measureGroups(const OrientedPoints& points, const NeighborSearch& search, d
 
 bool NoiseGroup::isNoticeable() const
 {
-  // Of scans of heads σ is .01 to .16 spacings, of one range scan of a dragon .13 to .19, of a depth camera .2 to 2.9.
+  // In spacings, σ is .01 to .16 in scans of heads, .13 to .19 in a scan of a dragon, .2 to 2.9 of a depth camera.
   constexpr double noticeable = .4;
   return deviation > noticeable * spacing;
 }
@@ -374,8 +372,8 @@ bool NoiseGroup::isStrong() const
 
 double NoiseGroup::lengthening() const
 {
-  constexpr double least = .1;   // less is hardly worth it, and looks like shape
-  constexpr double ofLines = .4; // the nearest points of a lidar are of one line, which shows next to nothing
+  constexpr double least = .1;   // in spacings; less noise is hardly worth it, and looks like shape
+  constexpr double ofLines = .4; // share of σ; the nearest points of a lidar lie on one line and show nearly none
   const bool isShared = deviation > least * spacing && white < shared * deviation && white > ofLines * deviation;
   return isShared ? std::pow(std::max(correlation / spacing, 1.), .25) : 1;
 }
@@ -404,13 +402,13 @@ NoiseModel estimateNoise(const OrientedPoints& points, const NeighborSearch& sea
            static_cast<double>(groupCount);
   };
   measureGroups(points, search, known, fewSamples, model, execution);
-  // What few samples show nothing of, more of them do not show in most groups.
+  // If few samples show no noise, more samples will not show it in most groups.
   if (share(&NoiseGroup::isNoticeable) < majority / 2 && lengtheningOf(model.groups) == 1)
     return model;
   measureGroups(points, search, known, maxSamples, model, execution);
   if (!(model.medianKey > 0))
     return model;
-  constexpr std::size_t enough = 6000; // of fewer, the shape within the widest neighborhoods counts as noise
+  constexpr std::size_t enough = 6000; // points; with fewer, shape within the widest neighborhoods looks like noise
   const auto have = [&](bool (NoiseGroup::*property)() const) {
     return points.size() >= enough && share(property) >= majority;
   };
@@ -461,7 +459,7 @@ std::vector<float> deviationsByLaw(const NoiseLaw& law, const PointArrays& point
   deviations.resize(points.size());
   forEach(execution, deviations.size(), 1 << 14, [&](std::size_t i) {
     const double range = (points.positions[i] - sensorOf(points, i)).norm();
-    // A point at its sensor has a range of 0, where a law without a constant knows no noise.
+    // A point at its sensor has a range of 0, where a law without a constant gives a noise of 0.
     deviations[i] = std::max(static_cast<float>(law.deviation(range)), std::numeric_limits<float>::min());
   });
   return deviations;

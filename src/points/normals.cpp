@@ -5,7 +5,7 @@
 #include "points/local_plane.h"
 #include "points/pcl_search.h"
 
-#ifdef _OPENMP // compiled here: PCL's library of all features takes .03 s of every start to load
+#ifdef _OPENMP // compiled here, because loading PCL's library of all features takes .03 s at every start
 #include <omp.h>
 #include <pcl/features/impl/normal_3d.hpp>
 #include <pcl/features/impl/normal_3d_omp.hpp>
@@ -22,24 +22,23 @@
 namespace pcl::mrf {
 namespace {
 
-/// Points with too few others inside a radius for a plane have that of so many nearest ones, themselves included.
+/// If a radius holds too few points for a plane, this number of nearest points is taken, the point itself included.
 constexpr int minNeighbors = 12;
 
-/// Neighborhoods that stand for more points consist of every fourth, sixteenth, ... point, so that none costs more.
-/// Under noise the mean of many counts, else the extent alone.
+/// Max points in a neighborhood. One that stands for more consists of every fourth, sixteenth, ... point, to limit the
+/// cost. maxUnderNoise is for noisy points, whose noise many points average; otherwise only the extent matters.
 constexpr std::size_t maxToGrow = 32, maxUnderNoise = 128;
 
-/// Points that the widest neighborhood stands for: rings of a lidar lie up to some fifty points apart.
+/// Points that the widest neighborhood stands for. Rings of a lidar lie up to some fifty points apart.
 constexpr std::size_t widestNeighborhood = 1 << 14;
 
 /// Points per piece of parallel work.
 constexpr std::int64_t normalGrain = 1024;
 
-/// The paper's limit to the share of the smallest eigenvalue in the variation; what lies farther than l̄ from the plane
-/// is noise as well.
+/// The paper's max share of the smallest eigenvalue in the sum. Points above it, or farther than l̄ off, are noise.
 constexpr double maxThirdEigenvalue = .1f;
 
-/// Where the planes are written to.
+/// Writes planes into the estimates.
 class Estimates {
 public:
   Estimates(NormalEstimates& estimates, std::size_t count, const NormalOptions& options, float spacing)
@@ -66,14 +65,14 @@ private:
   float spacing_;
 };
 
-/// The number of neighbors at the front of a batch's answer that exist.
+/// Number of neighbors that were found: those with a finite distance come first.
 std::size_t numberFound(const float* squared, std::size_t k)
 {
   return static_cast<std::size_t>(std::find_if(squared, squared + k, [](float s) { return !std::isfinite(s); }) -
                                   squared);
 }
 
-/// Distance of a point from the plane with a normal through the mean of its neighbors.
+/// Distance of a point from the plane through the mean of its neighbors, with the given normal.
 double distanceFromMean(const PointArrays& points, const NeighborSearch& search, std::size_t i, float radius,
                         const Eigen::Vector3d& normal, Neighbors& found)
 {
@@ -84,10 +83,10 @@ double distanceFromMean(const PointArrays& points, const NeighborSearch& search,
   return std::abs(sum) / static_cast<double>(found.indices.size());
 }
 
-/// Points per call of PCL's, some tenths of a second: in between the run can be cancelled.
+/// Points per call of PCL's estimation, some tenths of a second. The run can be cancelled between calls.
 constexpr std::size_t pointsPerPoll = 1 << 15;
 
-/// Planes of the neighbors inside one radius for all points, as in the paper: pcl::NormalEstimationOMP.
+/// Fits planes to the neighbors within one radius for all points, as in the paper, by pcl::NormalEstimationOMP.
 void fitWithin(const PointArrays& points, const NeighborSearch& search, float radius, const NormalOptions& options,
                Estimates& estimates, Execution& execution)
 {
@@ -112,7 +111,7 @@ void fitWithin(const PointArrays& points, const NeighborSearch& search, float ra
         if (isFinite(normals[n])) {
           plane.normal = normals[n].getNormalVector3fMap().cast<double>();
           plane.thirdShare = normals[n].curvature;
-          if (options.noiseCriteria) // PCL's keeps the plane's distance from the origin to itself
+          if (options.noiseCriteria) // PCL does not return the plane's distance from the origin
             plane.distance = distanceFromMean(points, search, i, radius, plane.normal, found);
         } else if (!options.noiseCriteria) {
           const auto number = static_cast<std::size_t>(search.nearest(position, minNeighbors, found));
@@ -125,14 +124,14 @@ void fitWithin(const PointArrays& points, const NeighborSearch& search, float ra
   }
 }
 
-/// Points that a neighborhood needs under noise: a radius of four standard deviations, so that it is flat, and of
+/// Number of points that a neighborhood needs under noise. Its radius is at least 4 σ, so that it is flat, and at least
 /// 3.6 √(σ s), where the normal of a disc of points s apart is off by 5° (its variance is 4 σ² s² / π r⁴).
 std::size_t sizeUnderNoise(double noise, double eighthDistance)
 {
   if (!(noise > 0) || !(eighthDistance > 0))
     return nearestNeighbors;
   constexpr auto pi = static_cast<double>(EIGEN_PI);
-  // A ball of eight points within the noise holds this share of those that the surface has above and below it.
+  // Noise spreads points above and below the ball around the eight nearest, which holds this share of them.
   const double share = std::min(1.0, 4 / (3 * std::sqrt(2 * pi)) * eighthDistance / noise);
   const double squaredSpacing = share * pi / 8 * eighthDistance * eighthDistance;
   const double squaredRadius = std::max(16 * noise * noise, 13 * noise * std::sqrt(squaredSpacing));
@@ -140,15 +139,15 @@ std::size_t sizeUnderNoise(double noise, double eighthDistance)
                                                      static_cast<double>(widestNeighborhood)));
 }
 
-/// A point whose neighborhood has to be larger than the nearest points.
+/// A point that needs a larger neighborhood than its nearest points.
 struct Growing {
   std::uint32_t point = 0;
   std::size_t size = 0; ///< points that the next neighborhood stands for
   Plane best;
 };
 
-/// Planes of the nearest points; those that need more are left in `growing`, in the order of the points. \param asked
-/// of these points; empty: of all
+/// Fits planes to the nearest points of each point. Points that need more are added to `growing`, in their order.
+/// \param asked indices of the points; empty: all
 void fitNearest(const PointArrays& points, const NeighborSearch& search, float noise, Estimates& estimates,
                 const std::vector<std::uint32_t>& asked, std::vector<Growing>& growing, Execution& execution)
 {
@@ -185,8 +184,8 @@ void fitNearest(const PointArrays& points, const NeighborSearch& search, float n
       growing.push_back({i, sizes[i], {}});
 }
 
-/// Neighborhoods that double until their planes are sound; where none is, the one with the best second eigenvalue,
-/// the nearest points' own among them, counts.
+/// Doubles neighborhoods until their planes are sound. If none of a point's planes is sound, it gets the one with the
+/// largest ratio of second to first eigenvalue.
 void grow(const PointArrays& points, const NeighborSearch& search, float noise, std::vector<Growing>& growing,
           Estimates& estimates, Execution& execution)
 {

@@ -20,14 +20,14 @@ struct NormalEstimates {
   std::vector<std::uint8_t> isNoise;       ///< by the paper's criteria; all 0 unless noiseCriteria is set
 };
 
-/// The radius for all points, cloud's unit; 0 = each has its own.
+/// The radius of all points' neighborhoods, cloud's unit; 0: each point has its own neighborhood.
 float resolvedRadius(const NormalOptions& options, float spacing);
 
-/// Fits a plane to the neighbors of each point: its 13 nearest, and more where these are rough, nearly on a line, or
-/// noisy, in double precision; with a radius by pcl::NormalEstimationOMP. See src/method.md.
+/// Fits a plane to the neighbors of each point in double precision: its 13 nearest points, and more where these are
+/// rough, nearly on a line, or noisy. With a radius, pcl::NormalEstimationOMP fits the planes. See src/method.md.
 /// \param spacing l̄, for the paper's automatic lengths \param search holds exactly points.positions
-/// \param noise standard deviation of points from the surface that have none of their own, cloud's unit; 0 = unknown.
-/// Not used with a radius \param asked points whose normals are; empty: all. With a radius they are all points'
+/// \param noise σ of all points, cloud's unit, used if points.deviations is empty; 0 = unknown. Not used with a radius
+/// \param asked indices of the points whose normals are estimated; empty: all. Not used with a radius
 /// Cost: one or two neighbor queries per point, up to a dozen where a neighborhood has to grow. The result does not
 /// depend on the number of threads; where neighborhoods grow, it depends on the order of the points.
 NormalEstimates estimateNormals(const PointArrays& points, const NeighborSearch& search, float spacing,

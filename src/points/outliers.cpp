@@ -8,7 +8,7 @@
 
 #include <pcl/surface/mrf/exceptions.h>
 
-#include <pcl/filters/impl/filter.hpp> // with the filter compiled here, PCL's library of them need not be loaded
+#include <pcl/filters/impl/filter.hpp> // compiled here, so that PCL's library of filters need not be loaded
 #include <pcl/filters/impl/filter_indices.hpp>
 #include <pcl/filters/impl/statistical_outlier_removal.hpp>
 
@@ -25,28 +25,29 @@
 namespace pcl::mrf {
 namespace {
 
-/// A point is far if it is so many times as far from its neighbors as they are from theirs; 2 drops 1 to 3 % of real
-/// clouds.
+/// A point is far if it is more than this factor times as far from its neighbors as they are from theirs (median). A
+/// factor of 2 drops 1 to 3 % of real clouds.
 constexpr float aloneFactor = 2.7f;
 
-/// Of PCL's filter: its setMeanK and setStddevMulThresh.
+/// Parameters of PCL's filter: setMeanK and setStddevMulThresh.
 constexpr int statisticalNeighbors = 8;
 constexpr double statisticalDeviations = 3;
 
-/// Neighbors of which so many have to agree with a point, and so many of them have to stay: outliers amid outliers lie
-/// on a plane with some of them by chance.
+/// A far point stays if at least minCoherent of its neighbors are on one surface with it, and at least minStaying of
+/// these stay themselves: among outliers, some lie on one plane by chance.
 constexpr std::size_t minCoherent = 5;
 constexpr std::ptrdiff_t minStaying = 3;
 
-/// Cosines between normals, and sines between an edge and the tangent planes at its ends, of one surface.
+/// Two points are on one surface if the cosine between their normals is at least coherentCosine, and the sine between
+/// the edge that joins them and the tangent planes at its ends is at most maxSine.
 constexpr float coherentCosine = .7f, maxSine = .35f;
 
-/// Tells which neighbors a surface goes through with a point.
+/// Finds the neighbors that are on one surface with a point.
 class Coherence {
 public:
   Coherence(const PointSet& points, const NeighborSearch& search) : points_(points), search_(search) {}
 
-  /// Those of them, in their order; all of them for a point amid points on a line.
+  /// \return those of the neighbors, in their order; all of them if the points around point i lie on a line
   std::vector<std::uint32_t> coherent(std::uint32_t i, const std::vector<int>& neighbors)
   {
     std::vector<std::uint32_t> result;
@@ -68,7 +69,7 @@ public:
   }
 
 private:
-  /// That of the plane of the points around it where it has none.
+  /// The point's normal or, if it has none, that of the plane through the points around it.
   Eigen::Vector3f normalAt(std::uint32_t i)
   {
     if (!points_.normals.empty() && !points_.normals[i].isZero())
@@ -83,17 +84,17 @@ private:
   Neighbors around_;
 };
 
-/// Points around a point in which a surface shows, however far they are: numbers of the nearest others.
+/// Numbers of nearest other points among which a surface is looked for, however far away they are.
 constexpr std::array<int, 4> scales = {16, 32, 64, 128};
 
-/// Whether the points around spread along a surface through a point: the nearest of one of the scales lie in a layer
-/// with it. A thicker one is enough where their number grows with their distance about as on a surface: with its
-/// square, so that 128 reach 4 times as far as 8, and not with its cube, so that they reach 2.5 times as far.
+/// Whether a surface goes through the point: at one of the scales, its nearest points lie in a layer with it. A thicker
+/// layer is enough if the number of points grows with the distance about as on a surface, where 128 points reach 4
+/// times as far as 8. In a volume they reach 2.5 times as far.
 bool isOnSurface(const PointSet& points, const NeighborSearch& search, std::uint32_t i, Neighbors& around)
 {
-  constexpr float growth = 2.8f * 2.8f;        // of the squared distance from 8 to 128 points
-  constexpr double thin = .15, thicker = .35;  // in lengths of the layer
-  constexpr double within = 2.5, beside = 1.7; // the point, in the layer's deviations, across and along
+  constexpr float growth = 2.8f * 2.8f;        // min growth of the squared distance from 8 to 128 points
+  constexpr double thin = .15, thicker = .35;  // max thickness, in lengths of the layer
+  constexpr double within = 2.5, beside = 1.7; // max offset of the point, in deviations of the layer: across, along
   const Eigen::Vector3f& position = points.positions[i];
   const int found = search.nearest(position, scales.back() + 1, around);
   const bool grows = found > scales.back() &&
@@ -114,23 +115,23 @@ bool isOnSurface(const PointSet& points, const NeighborSearch& search, std::uint
   });
 }
 
-/// A point far from its neighbors, and those of them that a surface goes through with it.
+/// A point far from its neighbors, and the neighbors that are on one surface with it.
 struct FarPoint {
   std::uint32_t index;
   std::vector<std::uint32_t> coherent;
-  bool isOnSurface; ///< of more points
+  bool isOnSurface; ///< at one of the scales
 };
 
-/// The points whose distance to their neighbors exceeds that of these, or of all, by the factor; in any order.
-/// \param means distances to the neighbors
+/// Points whose mean distance to their neighbors exceeds `factor` times the median of these neighbors', or of all
+/// points'; in any order. \param means mean distance of each point to its neighbors
 std::vector<FarPoint> findFar(const PointSet& points, const std::vector<float>& means, const NeighborSearch& search,
                               float factor, Execution& execution)
 {
   std::vector<FarPoint> far;
   const float everywhere = factor * median(means);
-  if (!(everywhere > 0)) // most points coincide with others: it measures nothing
+  if (!(everywhere > 0)) // most points coincide with others: distances measure nothing
     return far;
-  // A point closer to its neighbors than this is not far beside anything: no others are looked at.
+  // Points closer to their neighbors than this are not far: their neighbors are not searched.
   const float closest = factor * quantile(means, .05);
   std::mutex mutex;
   forRangePolling(execution, means.size(), 4096, [&](std::uint32_t begin, std::uint32_t end) {
@@ -155,7 +156,7 @@ std::vector<FarPoint> findFar(const PointSet& points, const std::vector<float>& 
   return far;
 }
 
-/// \param means distances to the neighbors
+/// \param means mean distance of each point to its neighbors
 std::vector<std::uint8_t> keptByNeighbors(const PointSet& points, const std::vector<float>& means,
                                           const NeighborSearch& search, float factor, Execution& execution)
 {
@@ -175,9 +176,9 @@ std::vector<std::uint8_t> keptByNeighbors(const PointSet& points, const std::vec
 
 std::vector<std::uint8_t> keptByStatistics(const PointSet& points)
 {
-  StatisticalOutlierRemoval<PointXYZ> filter(true); // which searches by FLANN
+  StatisticalOutlierRemoval<PointXYZ> filter(true); // searches by FLANN
   filter.setInputCloud(toPclCloud(points.positions));
-  // Left to itself PCL goes on without any if there is no memory for them.
+  // PCL would make indices itself, but goes on without any if there is no memory for them.
   auto indices = std::make_shared<Indices>(points.size());
   std::iota(indices->begin(), indices->end(), 0);
   filter.setIndices(indices);

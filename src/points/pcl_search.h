@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// The search of a run, lent to PCL's own algorithms.
+/// Lends the search of a run to PCL's own algorithms.
 #pragma once
 
 #include <pcl/surface/mrf/neighbor_search.h>
@@ -16,8 +16,8 @@ namespace pcl::mrf {
 
 PointCloud<PointXYZ>::Ptr toPclCloud(const std::vector<Eigen::Vector3f>& positions);
 
-/// Answers with the points of a search that outlives it. Exceptions must not leave PCL's parallel loops: the first one
-/// waits here, and nothing is found from then on.
+/// Answers PCL's queries by a NeighborSearch, which must outlive it. Exceptions must not leave PCL's parallel loops:
+/// the first one is kept for rethrow(), and later queries find nothing.
 class SearchForPcl : public search::Search<PointXYZ> {
 public:
   using search::Search<PointXYZ>::nearestKSearch;
@@ -32,7 +32,7 @@ public:
   int radiusSearch(const PointXYZ& point, double radius, Indices& indices, std::vector<float>& distances,
                    unsigned int max) const override;
 
-  /// Throws what was thrown so far.
+  /// Throws the exception that was kept, if any.
   void rethrow() const;
 
 private:
@@ -41,7 +41,7 @@ private:
 
   const NeighborSearch& search_;
   mutable std::atomic<bool> hasFailed_{false};
-  mutable std::exception_ptr error_; ///< of the one that set hasFailed_
+  mutable std::exception_ptr error_; ///< of the query that set hasFailed_
 };
 
 } // namespace pcl::mrf

@@ -9,7 +9,7 @@
 namespace pcl::mrf {
 namespace {
 
-/// A point, and its number in the order it was given in.
+/// A point and its index in the input.
 struct IndexedPoint {
   Eigen::Vector3f position;
   std::uint32_t index;
@@ -18,14 +18,14 @@ struct IndexedPoint {
 constexpr float infinite = std::numeric_limits<float>::infinity();
 constexpr std::uint32_t noIndex = std::numeric_limits<std::uint32_t>::max();
 
-/// Leaves per piece of parallel work, and points.
+/// Leaves, and points, per piece of parallel work.
 constexpr std::int64_t leafGrain = 256;
 constexpr std::ptrdiff_t pointGrain = 1 << 14;
 
-/// Room for the points around a leaf; with more of them each of its points is searched for alone.
+/// Max number of points gathered around a leaf. If there are more, each point of the leaf is answered alone.
 constexpr std::size_t maxCandidates = 768;
 
-/// As many points may be as near as the k nearest, before equals are told apart by searching for them alone.
+/// Max number of points as near as the k-th nearest. If equal distances make it more, the query is answered alone.
 constexpr std::size_t maxHits = 32;
 
 std::uint64_t rankOf(float distance, std::uint32_t index)
@@ -48,7 +48,7 @@ std::uint32_t indexOf(std::uint64_t rank)
   return static_cast<std::uint32_t>(rank);
 }
 
-/// Where the boxes over so many points are split: the highest nodes first.
+/// Number of points in the lower half of a split: the largest leafSize · 2ⁿ below count, so that leaves are full.
 std::ptrdiff_t placeOfSplit(std::ptrdiff_t count, std::ptrdiff_t leafSize)
 {
   std::ptrdiff_t half = leafSize;
@@ -59,7 +59,7 @@ std::ptrdiff_t placeOfSplit(std::ptrdiff_t count, std::ptrdiff_t leafSize)
 
 using Points = std::vector<IndexedPoint>::iterator;
 
-/// Sorts points by the median of their widest axis. \return where the upper half begins; the end if they fit a leaf
+/// Divides points along their widest axis. \return where the upper half begins; the end if they fit a leaf
 Points split(Points begin, Points end, std::ptrdiff_t leafSize)
 {
   if (end - begin <= leafSize)
@@ -87,7 +87,7 @@ void arrange(Points begin, Points end, std::ptrdiff_t leafSize)
 
 } // namespace
 
-/// Points side by side for the sake of vectors; those that are missing are infinitely far.
+/// Points, one array per coordinate for vector instructions. Missing points are infinitely far away.
 struct PointIndex::Leaf {
   std::array<float, leafSize> x, y, z;
   std::array<std::uint32_t, leafSize> index;
@@ -107,7 +107,7 @@ struct PointIndex::Leaf {
     return static_cast<std::size_t>(std::find(index.begin(), index.end(), noIndex) - index.begin());
   }
 
-  /// In this order of operations everywhere, so that all ways to an answer agree on it to the last bit.
+  /// The order of operations is the same everywhere, so that all ways to compute a distance agree to the last bit.
   void squaredDistances(const Eigen::Vector3f& query, float (&result)[leafSize]) const
   {
     for (std::size_t n = 0; n < leafSize; ++n) {
@@ -117,7 +117,7 @@ struct PointIndex::Leaf {
   }
 };
 
-/// The boxes of four children, side by side as well.
+/// The boxes of four children, one array per coordinate.
 struct PointIndex::Node {
   Four lower[3], upper[3];
   std::uint32_t smallestIndex[fanOut];
@@ -154,7 +154,7 @@ struct PointIndex::Node {
   }
 };
 
-/// What is around a leaf.
+/// The points around a leaf.
 struct PointIndex::Group {
   std::size_t size = 0;
   std::array<float, maxCandidates> x, y, z;
@@ -177,7 +177,8 @@ struct PointIndex::Group {
     kernels::nearestDistances(size, coordinates(), {queries.x.data(), queries.y.data(), queries.z.data()}, k, sorted);
   }
 
-  /// Those within a squared distance, without a branch: which ones are cannot be predicted.
+  /// Finds points within a squared distance, without an unpredictable branch. \param ranks receives at most maxHits
+  /// \return their number, which may be larger
   std::size_t ranksWithin(const Eigen::Vector3f& query, float limit, std::uint64_t* ranks)
   {
     kernels::distances(size, coordinates(), query.data(), distances_.data());
@@ -213,7 +214,7 @@ void PointIndex::setPoints(const std::vector<Eigen::Vector3f>& positions, Execut
     std::vector<IndexedPoint> points(positions.size());
     for (std::uint32_t i = 0; i < positions.size(); ++i)
       points[i] = {positions[i], i};
-    // Halves, quarters, ... until there is work for all threads.
+    // Halves, quarters, ... until they are small enough for one piece of work.
     std::vector<std::pair<Points, Points>> parts{{points.begin(), points.end()}};
     while (parts.front().second - parts.front().first > pointGrain) {
       std::vector<std::pair<Points, Points>> halves(2 * parts.size());
@@ -237,7 +238,7 @@ void PointIndex::setPoints(const std::vector<Eigen::Vector3f>& positions, Execut
 void PointIndex::dropPoints(const std::vector<Eigen::Vector3f>& left, const std::vector<std::uint8_t>& keep,
                             Execution& execution)
 {
-  // With many less the leaves do not suit what is left.
+  // If more than one point in `few` is dropped, the leaves do not suit the rest.
   constexpr std::size_t few = 8;
   if ((keep.size() - left.size()) * few > keep.size()) {
     setPoints(left, execution);
@@ -307,8 +308,8 @@ void PointIndex::wake(const std::vector<Eigen::Vector3f>& positions, Execution& 
   levels_.push_back(std::move(nodes));
 }
 
-/// Calls visit(leaf) for leaves that may hold what is looked for, of those that are siblings the nearest first.
-/// \param admits whether something this far away, of this smallest index, may still be it
+/// Calls visit(leaf) for the leaves that may hold a wanted point, the nearest of siblings first.
+/// \param admits whether a box at this squared distance, with this smallest index, may hold a wanted point
 template <typename Admits, typename Visit>
 void PointIndex::descend(const Box& query, const Admits& admits, const Visit& visit) const
 {
@@ -332,7 +333,7 @@ void PointIndex::descend(const Box& query, const Admits& admits, const Visit& vi
     const Four distances = node.squaredDistances(query);
     const std::size_t base = depth;
     for (std::uint32_t c = 0; c < fanOut; ++c) {
-      // Also of a missing child, which is infinitely far, unless the distances of the others overflow as well.
+      // A missing child is infinitely far away, but so is any child whose distance overflows: its index tells.
       if (node.smallestIndex[c] == noIndex || !admits(distances[c], node.smallestIndex[c]))
         continue;
       // The nearest on top; of equals, the one with the smallest index.
@@ -431,7 +432,7 @@ void PointIndex::forEachPosition(const std::vector<Eigen::Vector3f>& positions, 
   });
 }
 
-/// Copies the leaves within a squared distance of a box. \return false if they are too many
+/// Copies the leaves within a squared distance of a box. \return false if there are too many
 bool PointIndex::gather(const Box& around, float bound, Group& group) const
 {
   group.size = 0;
@@ -475,7 +476,7 @@ void PointIndex::answerLeaf(std::size_t leaf, std::size_t k, Answer answer, Grou
     queries.y[q] = queries.y[0];
     queries.z[q] = queries.z[0];
   }
-  // No farther than the k-th of the leaves around it in memory.
+  // The k-th neighbors among the leaves next to it in memory limit the distance.
   group.size = 0;
   const std::size_t first = leaf / fanOut * fanOut;
   for (std::size_t n = first; n < std::min(first + fanOut, leaves_.size()); ++n)
@@ -500,7 +501,7 @@ void PointIndex::answerLeaf(std::size_t leaf, std::size_t k, Answer answer, Grou
     }
     for (std::size_t n = 0; n < k; ++n)
       distances[q * k + n] = sorted[n * lanes + q];
-    // Each to the place that as many others are nearer as.
+    // The place of a hit is the number of hits that are nearer.
     for (std::size_t h = 0; h < hits; ++h) {
       std::size_t place = 0;
       for (std::size_t other = 0; other < hits; ++other)

@@ -16,8 +16,8 @@
 
 namespace pcl::mrf {
 
-/// The k smallest of the ranks it is shown, ascending. A rank is a squared distance and an index in one number, of
-/// which the smallest takes no branch to find: distances are not negative, so that their bits are ordered as they are.
+/// Keeps the k smallest of the ranks that are added, ascending. A rank holds a squared distance and an index in one
+/// number, so that comparing takes no branch: distances are not negative, so that their bits are ordered as they are.
 class Nearest {
 public:
   static constexpr std::uint64_t none = std::numeric_limits<std::uint64_t>::max();
@@ -27,7 +27,7 @@ public:
 
   std::size_t size() const { return size_; }
 
-  /// Ranks from this one on are not looked for any more.
+  /// Only ranks below this one are kept.
   std::uint64_t end() const { return size_ < k_ ? none : ranks_[k_ - 1]; }
 
   void add(std::uint64_t rank)
@@ -45,7 +45,7 @@ private:
   std::uint64_t* ranks_;
 };
 
-/// The same for so many that keeping them in order would take longer than finding them.
+/// The same for a large k, where keeping the ranks sorted would take longer than finding them.
 class NearestOfMany {
 public:
   /// \param k > 0
@@ -62,7 +62,7 @@ public:
       dropFarther();
   }
 
-  /// All of them, or as many as there are.
+  /// The k smallest ranks, or all if there are fewer, ascending.
   std::vector<std::uint64_t> sorted() &&
   {
     if (ranks_.size() > k_)
@@ -85,12 +85,12 @@ private:
   std::vector<std::uint64_t> ranks_;
 };
 
-/// Sixteen points to a leaf, four children to a node, split at medians of the widest axis: children are found by
-/// counting, and a million points take 2.4 MB of boxes. Any distribution of points costs about the same.
+/// A tree with sixteen points per leaf and four children per node, split at medians of the widest axis. Children are
+/// found by counting, and the boxes of a million points take 2.4 MB. Any distribution of points costs about the same.
 ///
-/// Boxes are not farther from a query than the points in them, as those distances are rounded: rounding is monotonic,
-/// and all distances are computed in one order of operations. So answers are exact, of equals those of the smaller
-/// indices.
+/// Answers are exact; of equal distances those with the smaller indices are taken. Rounding does not change that: it is
+/// monotonic, and all distances are computed in one order of operations, so that a box is never farther from a query
+/// than the points in it.
 class PointIndex final : public NeighborSearch {
 public:
   PointIndex();
@@ -105,7 +105,7 @@ public:
   int nearest(const Eigen::Vector3f& query, int k, Neighbors& result) const override;
   int within(const Eigen::Vector3f& query, float radius, Neighbors& result) const override;
 
-  /// The points of a leaf are answered together: what is close to the leaf is gathered once and compared with all.
+  /// Answers the points of a leaf together: the points close to the leaf are gathered once and compared with all of it.
   void forEachPosition(const std::vector<Eigen::Vector3f>& positions, int k, Answer answer, Execution& execution,
                        const std::function<void(const NeighborBatch&)>& visit) const override;
 
@@ -133,7 +133,7 @@ private:
   std::size_t size_ = 0; ///< number of points
   std::vector<Leaf> leaves_;
   std::vector<std::vector<Node>> levels_; ///< the parents of the leaves first
-  std::vector<std::uint32_t> order_;      ///< of the points in the leaves, while there are none
+  std::vector<std::uint32_t> order_;      ///< of the points in the leaves; only kept while there are no leaves
 };
 
 } // namespace pcl::mrf

@@ -8,7 +8,7 @@
 namespace pcl::mrf {
 namespace {
 
-/// \param which flags or indices \param selected may be the points
+/// \param which flags or indices \param selected may be `points` itself
 template <typename Which>
 void selectArrays(const PointArrays& points, const Which& which, PointArrays& selected)
 {

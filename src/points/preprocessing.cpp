@@ -20,18 +20,18 @@
 namespace pcl::mrf {
 namespace {
 
-/// Between these lengths a cloud scaled by a power of two gives the same bytes, scaled. Outside of them areas and their
-/// squares, the fourth powers of lengths, leave the range of single precision.
+/// Between these lengths a cloud scaled by a power of two gives the same bytes, scaled. Outside of them squares of
+/// areas, the fourth powers of lengths, leave the range of single precision.
 constexpr double shortestSpacing = 1e-8, longestDiagonal = 1e9;
 
-/// Of the box around the points, also where its square would overflow.
+/// Diagonal of the box around the points, in double precision because its square may not fit a float.
 double diagonalOf(const PointSet& points)
 {
   const BoundingBox box = boundingBox(points.positions);
   return (box.upper.cast<double>() - box.lower.cast<double>()).norm();
 }
 
-/// \throw InvalidInput if a length of the cloud is outside of that range, with a factor that brings it into its middle
+/// \throw InvalidInput if the length is outside of that range; the message has a factor that brings it to about 1
 void requireRange(const char* what, double length)
 {
   if (length >= shortestSpacing && length <= longestDiagonal)
@@ -44,8 +44,8 @@ void requireRange(const char* what, double length)
   throw InvalidInput(text.str());
 }
 
-/// Hands the points to the search first, drops outliers, and measures the density of what is left: from the same
-/// distances, as the few outliers hardly count among eight neighbors.
+/// Gives the points to the search, drops outliers, and measures the density of the points that are left. The neighbor
+/// distances are not measured again, because the few outliers hardly count among eight neighbors.
 void removeOutliers(PointSet& points, const Options& options, NeighborSearch& search, Report& report,
                     Execution& execution)
 {
@@ -70,8 +70,8 @@ void removeOutliers(PointSet& points, const Options& options, NeighborSearch& se
   points.spacings = localSpacings(points, distances, execution);
 }
 
-/// A cloud whose type has room for normals, which nobody has estimated yet.
-/// \throw InvalidInput if these are to be used as they are
+/// Warns if all normals of the cloud are zero or not finite, as in a type with normals that were never estimated.
+/// \throw InvalidInput if they are to be used as they are
 void warnOfZeroNormals(const PointSet& points, const Options& options, Report& report)
 {
   if (!points.hadOnlyZeroNormals)
@@ -93,8 +93,8 @@ void warnOfFilledNormals(std::size_t count, Report& report)
   report.warnings.push_back(text.str());
 }
 
-/// The normals to be oriented, taken from the points if they are theirs. Points without one get one; where there is no
-/// plane they are dropped.
+/// The normals to be oriented: the given ones, or estimated ones. Points without a normal get an estimated one; points
+/// without a plane, and noise by the paper's criteria, are dropped.
 std::vector<Eigen::Vector3f> findNormals(PointSet& points, const Options& options, NeighborSearch& search,
                                          Report& report, Execution& execution)
 {

@@ -13,11 +13,11 @@
 
 namespace pcl::mrf {
 
-/// Fewer points than a plane's neighborhood cannot tell a surface.
+/// Min number of points of a surface.
 constexpr std::size_t minPointsOfSurface = 4;
 
-/// Keeps the flagged points and hands them to the search; both stay as they are if all are kept.
-/// \return whether some were dropped
+/// Keeps the flagged points, also in the search. Does nothing if all are flagged.
+/// \return whether points were dropped
 bool reduce(PointSet& points, const std::vector<std::uint8_t>& keep, NeighborSearch& search, Execution& execution);
 
 /// \throw InvalidInput if too few points are left for a surface
@@ -25,12 +25,12 @@ void requirePoints(const PointSet& points, const Report& report);
 
 struct PreparedPoints {
   PointSet points;
-  std::vector<Eigen::Vector3f> normals; ///< of each point, unit; see Report for those whose signs are not yet decided
+  std::vector<Eigen::Vector3f> normals; ///< one per point, unit; signs are arbitrary if Report::normalsEstimated
 };
 
-/// Drops outliers, measures the sampling density and finds normals; the report gets density and counts, and what the
-/// cloud's normals lacked.
-/// \param search is given the points that are left \throw InvalidInput if too few are
+/// Drops outliers, measures the sampling density and finds normals. The report receives the density, the counts, and
+/// warnings about missing normals. \param search is given the points that are left
+/// \throw InvalidInput if too few are left, if there are no normals to use, or if lengths do not fit single precision
 PreparedPoints preprocess(PointSet points, const Options& options, NeighborSearch& search, Report& report,
                           Execution& execution);
 

@@ -8,12 +8,12 @@
 
 namespace pcl::mrf {
 
-/// How far each point looks for neighbors: two of them are neighbors if each is within the other's reach.
+/// How far each point looks for neighbors, cloud's unit. Two points are neighbors if each is within the other's reach.
 class Reach {
 public:
-  /// The same for all points.
+  /// The same reach for all points.
   explicit Reach(float distance) : distance_(distance) {}
-  /// So many of its own spacings for each point.
+  /// A reach of `factor` times its own spacing for each point.
   Reach(std::vector<float> spacings, float factor) : distances_(std::move(spacings))
   {
     for (float& distance : distances_)
@@ -26,7 +26,7 @@ public:
 
   bool joins(std::size_t i, std::size_t j, float squaredDistance) const
   {
-    // In this order: a neighbor that does not exist is infinitely far.
+    // In this order: a missing neighbor has an infinite distance, so that its index is not used.
     return squaredDistance <= of(i) * of(i) && squaredDistance <= of(j) * of(j);
   }
 

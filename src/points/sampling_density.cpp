@@ -44,7 +44,7 @@ NeighborDistances measureNeighbors(const PointSet& points, const NeighborSearch&
   distances.mean.resize(positions.size());
   std::atomic<bool> hasCoincident{false};
   const auto isCoincident = [&](std::size_t i) {
-    // Squared distances of tiny clouds are zero as well.
+    // Positions are compared, because squared distances in tiny clouds may underflow to zero.
     Neighbors found;
     const int number = search.nearest(positions[i], 2, found);
     return std::any_of(found.indices.begin(), found.indices.begin() + number, [&](int index) {
@@ -76,8 +76,7 @@ std::vector<float> localSpacings(const PointSet& points, const NeighborDistances
 {
   if (distances.eighth.size() <= measuredNeighbors)
     return {};
-  // One point's 8th neighbor is known to a fifth. The points before and after it in memory lie close by, most of them,
-  // and cost no search.
+  // One point's distance is off by about a fifth. Most points next to it in memory are close, and take no search.
   constexpr std::size_t reach = 8;
   const std::size_t count = points.size();
   std::vector<float> spacings(count);
@@ -106,8 +105,8 @@ SamplingDensity estimateSamplingDensity(const PointSet& points, const NeighborDi
 {
   requireTwo(points.size());
   if (distances.hasCoincident) {
-    // Rare, because gathering drops them: a search in the distinct positions is simpler than looking past duplicates,
-    // and stays cheap however many of them coincide.
+    // Duplicates are rare, because gathering drops them. Searching the distinct positions is simpler than looking past
+    // duplicates, and stays cheap however many there are.
     PointSet once;
     once.positions = distinct(points.positions);
     requireTwo(once.size());
@@ -145,7 +144,7 @@ double growthOfNeighbors(const std::vector<Eigen::Vector3f>& positions, const Ne
   constexpr std::size_t least = 1024, asked = 64, factor = 8;
   if (positions.size() < least)
     return onSurfaces;
-  // Wide enough to see past the noise, and far less than all.
+  // Enough points to see past the noise, and far fewer than all.
   const std::size_t few = std::clamp<std::size_t>(positions.size() / 256, 16, 128);
   std::vector<float> growths(asked);
   forEach(execution, asked, 1, [&](std::size_t n) {

@@ -14,11 +14,11 @@
 
 namespace pcl::mrf {
 
-/// Points moved along their lines of sight onto a sphere around their sensor, where what is behind a place is next to
-/// it. The sphere is as large as they are far, so that far sensors tell points apart, too.
+/// Points moved along their lines of sight onto a sphere around their sensor, where points behind each other are
+/// neighbors. The sphere is as large as the points are far away, so that a far sensor tells them apart as well.
 class SensorView {
 public:
-  /// \param positions of which `search` holds those on the sphere, in their order
+  /// \param positions search() holds these positions as moved onto the sphere, in their order
   SensorView(const Eigen::Vector3f& sensor, const std::vector<Eigen::Vector3f>& positions, Execution& execution);
 
   Eigen::Vector3f onSphere(const Eigen::Vector3f& position) const;
@@ -33,8 +33,8 @@ private:
   std::unique_ptr<NeighborSearch> search_;
 };
 
-/// For each of points.sensors the indices of the points that it saw, by points.views; none where it is not known who
-/// saw them.
+/// For each of points.sensors the indices of the points that it saw, by points.views; empty if that is unknown. A
+/// single sensor saw all points.
 std::vector<std::vector<std::uint32_t>> pointsOfSensors(const PointArrays& points);
 
 } // namespace pcl::mrf

@@ -9,9 +9,9 @@ namespace {
 
 using Eigen::Vector3f;
 
-/// Each step goes towards the middle between both neighbors and a little farther back, so that what is long keeps its
-/// size (Taubin, A signal processing approach to fair surface design, 1995). Waves of 2, 4 and 8 edges keep 0, 7 and 87
-/// % of their height, a circle of 12 edges 99 % of its radius.
+/// Each step moves a vertex toward the middle of both neighbors, then a little farther back, so that long waves keep
+/// their size (Taubin, A signal processing approach to fair surface design, 1995). Waves of 2, 4 and 8 edges keep 0, 7
+/// and 87 % of their height, a circle of 12 edges 99 % of its radius.
 constexpr int smoothingSteps = 10;
 constexpr float forth = .5f, back = -.5263f;
 
@@ -77,7 +77,7 @@ void BorderCurves::addLoop(const std::vector<Vector3f>& positions, const std::ve
   firstNodes_.push_back(nodes_.size());
   double place = starts_.empty() ? 0 : starts_.back() + maxShift;
   for (std::size_t n = 0; n < course.size(); ++n) {
-    // Nodes may coincide, their places may not: they tell in which order the vertices are.
+    // Nodes may coincide, but their places must differ: places give the order of the vertices.
     if (n > 0)
       place += std::max((course[n] - course[n - 1]).norm(), 1e-3f * maxShift);
     starts_.push_back(place);
@@ -131,7 +131,7 @@ bool BorderCurves::isNear(double from, double to, const Vector3f& start, const V
   const double length = lengthOn(loop, from, to);
   std::size_t node = nodeBefore(from);
   for (std::size_t n = loop.first; n < loop.last; ++n) {
-    node = node + 1 < loop.last ? node + 1 : loop.first; // the last node is the first one
+    node = node + 1 < loop.last ? node + 1 : loop.first; // the last node repeats the first one
     if (lengthOn(loop, from, starts_[node]) >= length)
       break;
     if (!(squaredDistance(nodes_[node], start, end) <= distance * distance))

@@ -10,7 +10,8 @@ namespace {
 
 using Eigen::Vector3f;
 
-/// Thinner triangles for now, and yet the way to get rid of them; not turned over, whatever the field's normals do.
+/// True if triangles get no thinner than half their shape and do not turn over. Thinner ones are accepted, as only this
+/// way removes them later. The field's normals do not count.
 bool mayRetreat(const RemeshedSurface& surface, std::int32_t v, const Corner& moved)
 {
   const HalfEdgeMesh& mesh = surface.mesh;
@@ -23,7 +24,7 @@ bool mayRetreat(const RemeshedSurface& surface, std::int32_t v, const Corner& mo
   return fits;
 }
 
-/// Straight, for that cannot fail where a fan is a single triangle; relaxing takes it to the zero level.
+/// Moves a vertex straight into its fan, which works even in a single triangle. Relaxation takes it to the zero level.
 void retreat(RemeshedSurface& surface, std::int32_t v)
 {
   const HalfEdgeMesh& mesh = surface.mesh;

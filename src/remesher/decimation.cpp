@@ -21,8 +21,8 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using Eigen::Vector3f;
 
-/// Weight of the distance from former vertices beside that from former triangles. It decides where these are flat, and
-/// keeps triangles there from becoming needles; at 1e-4 a head of 20,000 triangles is 1 % farther off.
+/// Weight of squared distances from former vertices, relative to those from former triangles. It decides where
+/// triangles are flat, and prevents needles there; at 1e-4 a head of 20,000 triangles is 1 % farther off.
 constexpr double regularity = 1e-6;
 
 /// A sum of weighted squared distances from planes and points, as a function of the position.
@@ -65,7 +65,7 @@ struct Candidate {
   }
 };
 
-/// The collapses of a mesh in the order of what they cost.
+/// Collapses the edges of a mesh in the order of their costs.
 class Decimation {
 public:
   Decimation(RemeshedSurface& surface, Execution& execution)
@@ -79,7 +79,7 @@ public:
     enqueueAll();
   }
 
-  /// \param triangles to leave
+  /// \param triangles number of triangles to leave
   void run(std::int64_t triangles)
   {
     std::int64_t count = mesh_.halfEdgeCount() / 3;
@@ -125,14 +125,14 @@ private:
       const double weight =
           (weights[mesh_.origin[t]] + weights[mesh_.origin[t + 1]] + weights[mesh_.origin[t + 2]]) / 3;
       const Vector3d cross = surface_.cross(t).cast<double>();
-      const double length = cross.norm(), area = .5 * length * weight; // as it counts
+      const double length = cross.norm(), area = .5 * length * weight;
       const Vector3d normal = length > 0 ? Vector3d(cross / length) : Vector3d::Zero();
       for (std::int32_t h = t; h < t + 3; ++h) {
         const Vector3d a = local(mesh_.positions[mesh_.origin[h]]), b = local(mesh_.positions[mesh_.target(h)]);
         Quadric& quadric = quadrics_[mesh_.origin[h]];
         quadric.addPlane(normal, a, area / 3);
         quadric.addPoint(a, regularity * area / 3);
-        if (mesh_.twin[h] < 0) { // the border keeps its course within the surface as well
+        if (mesh_.twin[h] < 0) { // keeps the border's course within the surface
           const Vector3d sideways = normal.cross(b - a);
           const double width = sideways.norm();
           if (width > 0)
@@ -158,7 +158,7 @@ private:
     if (mesh_.pinned[a] || mesh_.pinned[b])
       return {};
     const double cost = sumOf(a, b).at(placeOf(h));
-    if (!std::isfinite(cost)) // of triangles without an area
+    if (!std::isfinite(cost)) // if triangles have no area
       return {};
     return Candidate{cost, std::min(a, b), std::max(a, b), stamps_[a] + stamps_[b]};
   }
@@ -176,7 +176,7 @@ private:
     return sum;
   }
 
-  /// Where the merged vertex is to be: on the border if one end is there.
+  /// Position of the merged vertex, relative to origin_: the end on the border, if only one end is there.
   Vector3d placeOf(std::int32_t h) const
   {
     const std::int32_t a = mesh_.origin[h], b = mesh_.target(h);
@@ -186,7 +186,7 @@ private:
     return Vector3d(sum.matrix.llt().solve(-sum.linear));
   }
 
-  /// −1 if the edge is gone.
+  /// A half-edge of the candidate's edge; −1 if the edge is gone.
   std::int32_t halfEdgeOf(const Candidate& candidate) const
   {
     std::int32_t found = -1;
@@ -240,7 +240,7 @@ private:
   RemeshedSurface& surface_;
   HalfEdgeMesh& mesh_;
   Execution& execution_;
-  Vector3f origin_ = Vector3f::Zero(); ///< of the quadrics: far from it their digits are lost
+  Vector3f origin_ = Vector3f::Zero(); ///< of the quadrics, which lose digits far from it
   std::vector<Quadric> quadrics_;
   std::vector<std::uint32_t> stamps_;
   std::priority_queue<Candidate, std::vector<Candidate>, std::greater<>> queue_;

@@ -17,7 +17,7 @@ using Eigen::Vector3f;
 
 constexpr std::int64_t edgeGrain = 16384;
 
-/// Half-edges that fulfil a condition, ascending.
+/// Half-edges that fulfill a condition, ascending.
 template <typename Condition>
 std::vector<std::int32_t> halfEdgesWhere(const RemeshedSurface& surface, const Condition& holds, Execution& execution)
 {
@@ -30,7 +30,7 @@ std::vector<std::int32_t> halfEdgesWhere(const RemeshedSurface& surface, const C
       }));
 }
 
-/// Half way along an edge on the surface, along the border on its curve; nothing if the surface is not reached.
+/// The middle of an edge, or of a border edge's piece of the curve, moved to the surface; nothing if that is too far.
 std::optional<Site> middleOf(const RemeshedSurface& surface, std::int32_t h)
 {
   const HalfEdgeMesh& mesh = surface.mesh;
@@ -63,7 +63,7 @@ bool split(RemeshedSurface& surface, std::int32_t h, const HalfEdgeMesh::Room& r
   const auto halvesFit = [&](std::int32_t side, const Corner& from, const Corner& to) {
     const Corner apex = surface.corner(mesh.opposite(side));
     TriangleShape former = surface.shape(side);
-    former.shape *= .5f; // half a needle is a thinner one, and yet the way to get rid of it
+    former.shape *= .5f; // halves of a needle are thinner, but only splits remove needles
     return surface.mayReplace(former, {from, m, apex}) && surface.mayReplace(former, {m, to, apex});
   };
   if (!halvesFit(h, a, b) || (g >= 0 && !halvesFit(g, b, a)))
@@ -87,7 +87,7 @@ std::uint64_t keyOf(const RemeshedSurface& surface, std::int32_t h)
   return static_cast<std::uint64_t>(exponent + 1024) << 32 | static_cast<std::uint32_t>(h);
 }
 
-/// True if no edge gets too long that would join the merged ends to their neighbors.
+/// True if no edge from the merged vertex to a neighbor of the two ends gets too long.
 bool edgesFit(const RemeshedSurface& surface, std::int32_t h, const Vector3f& merged)
 {
   const HalfEdgeMesh& mesh = surface.mesh;
@@ -95,14 +95,14 @@ bool edgesFit(const RemeshedSurface& surface, std::int32_t h, const Vector3f& me
   for (const std::int32_t end : {mesh.origin[h], mesh.target(h)})
     mesh.forNeighbors(end, [&](std::int32_t w) {
       const float longest = squared(4 * surface.targetBetween(end, w) / 3);
-      // Edges that are too long already must not keep a needle's short one from going.
+      // An edge that is too long already must not prevent the collapse of a needle's short edge.
       const float former = 1.21f * (mesh.positions[w] - mesh.positions[end]).squaredNorm();
       fits = fits && (mesh.positions[w] - merged).squaredNorm() <= std::max(longest, former);
     });
   return fits;
 }
 
-/// True if the triangles of both ends may have them merged.
+/// True if merging the ends of an edge spoils none of their triangles.
 bool trianglesFit(const RemeshedSurface& surface, std::int32_t h, const Corner& merged)
 {
   const HalfEdgeMesh& mesh = surface.mesh;
@@ -116,7 +116,7 @@ bool trianglesFit(const RemeshedSurface& surface, std::int32_t h, const Corner& 
       if (surface.isFineFor(spoke, next))
         return;
       TriangleShape former = surface.shape(spoke);
-      // Three needles around a tiny triangle: the first collapse thins two of them, the next one takes them away.
+      // With three needles around a tiny triangle the first collapse thins two of them; the next one removes them.
       if (former.isSliver())
         former.shape *= .5f;
       fits = surface.mayReplace(former, next);
@@ -136,7 +136,7 @@ bool mergeAt(RemeshedSurface& surface, std::int32_t h, const Site& site, Operati
   return true;
 }
 
-/// Merges the ends of an edge half way between them, else where one of them is; on the border if one of them is there.
+/// Merges the ends of an edge at its middle, else at one of them; at the end on the border, if only one is there.
 bool collapse(RemeshedSurface& surface, std::int32_t edge, OperationLog& log)
 {
   const HalfEdgeMesh& mesh = surface.mesh;
@@ -146,14 +146,14 @@ bool collapse(RemeshedSurface& surface, std::int32_t edge, OperationLog& log)
     return false;
   if (mesh.twin[h] >= 0 && mesh.onBoundary(a))
     return mergeAt(surface, h, surface.site(a), log);
-  // What does not fit before the way to the surface would hardly fit after it.
+  // If the middle does not fit before it is moved to the surface, it hardly will after that.
   const bool mayFit = edgesFit(surface, h, .5f * (mesh.positions[a] + mesh.positions[b]));
   const std::optional<Site> middle = mayFit ? middleOf(surface, h) : std::nullopt;
   return (middle && mergeAt(surface, h, *middle, log)) || mergeAt(surface, h, surface.site(a), log) ||
          mergeAt(surface, h, surface.site(b), log);
 }
 
-/// By how much the squared deviation from the ideal valence grows if the valence changes by one.
+/// Growth of the squared deviation from the ideal valence if the valence changes. \param change 1 or −1
 int growth(const HalfEdgeMesh& mesh, std::int32_t vertex, int change)
 {
   const int deviation = mesh.valence[vertex] - (mesh.onBoundary(vertex) ? 4 : 6);
@@ -191,9 +191,9 @@ bool flip(RemeshedSurface& surface, std::int32_t h, OperationLog& log)
 
 using IsWanted = bool(const RemeshedSurface&, std::int32_t h);
 
-/// Does an operation on half-edges by whose turn what came before may not want it any more, region by region.
+/// Does an operation on half-edges, region by region, if it is still wanted after the operations before.
 /// \param operation takes a half-edge, its place in the list and a log, returns false if it is refused
-/// \param done counts what was not refused
+/// \param done the number of operations that were not refused is added to it
 template <typename Operation>
 void operate(RemeshedSurface& surface, const std::vector<std::int32_t>& halfEdges, IsWanted& isWanted,
              const Operation& operation, std::int64_t& done, Execution& execution)

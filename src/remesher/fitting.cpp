@@ -13,15 +13,15 @@ namespace {
 using Eigen::Vector3f;
 
 constexpr std::int64_t fittingGrain = 2048;
-constexpr int fittingSteps = 5; ///< more gain nothing
-/// Share of the target edge that a vertex moves at most.
+constexpr int fittingSteps = 5; ///< more steps gain nothing
+/// Max move of a vertex, as a share of the target edge.
 constexpr float farthest = .15f;
-/// Share of the target edge from which on a height counts nothing, and the less the closer to it (Tukey's biweight):
-/// that of a chord across a sharp edge of the shape would raise its ends, bend what is flat beside it, and fray the
-/// edge.
+/// Height, as a share of the target edge, from which on an edge's midpoint counts nothing; the closer to it, the less
+/// it counts (Tukey's biweight). An edge of the mesh across a sharp edge of the shape would raise its ends, bend the
+/// flat surface beside the sharp edge, and fray it.
 constexpr float ofSharpEdges = .25f;
 
-/// How high the middles of edges are above the surface, at both half-edges of each.
+/// Height of each edge's midpoint above the surface, stored for both half-edges.
 std::vector<float> heightsOfMiddles(const RemeshedSurface& surface, Execution& execution)
 {
   const HalfEdgeMesh& mesh = surface.mesh;
@@ -36,8 +36,8 @@ std::vector<float> heightsOfMiddles(const RemeshedSurface& surface, Execution& e
   return heights;
 }
 
-/// Moves each vertex by the mean height of its edges, as far as they count. A middle rises by half of what each end
-/// moves. \param heights before anything moved \param moved so far, along the normals
+/// Moves each vertex by the weighted mean height of its edges. A midpoint rises by half of each end's move.
+/// \param heights before any move \param moved move of each vertex so far, along its normal \return the new moves
 std::vector<float> step(const RemeshedSurface& surface, const std::vector<float>& heights,
                         const std::vector<float>& moved, Execution& execution)
 {

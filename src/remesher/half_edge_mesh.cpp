@@ -60,7 +60,7 @@ HalfEdgeMesh::HalfEdgeMesh(const TriangleMesh& mesh, Execution& execution)
       refuse(h / 3, "has a vertex that is not finite");
   }
   execution.poll();
-  // The half-edges of each vertex in one run, so that twins are found among a handful.
+  // Groups the half-edges by their origin, so that only a few are compared to find a twin.
   const VertexCorners corners = groupCorners(mesh);
   const std::vector<std::int32_t>&begin = corners.begin, &starting = corners.corners;
   execution.poll();
@@ -129,7 +129,7 @@ void HalfEdgeMesh::clear(std::int32_t triangle)
 
 std::int32_t HalfEdgeMesh::regionSize(std::int32_t vertices)
 {
-  // Enough for some threads, and large: what lies across their borders is worked on by one.
+  // Small enough for some threads, but large, as one thread works on the edges across their borders.
   return std::clamp(vertices / 16, 4096, 32768);
 }
 
@@ -145,7 +145,7 @@ HalfEdgeMesh::Room HalfEdgeMesh::makeRoom(std::int32_t splits)
   const Room room{vertexCount(), halfEdgeCount()};
   const std::size_t vertices = positions.size() + splits, halfEdges = origin.size() + 6 * std::size_t(splits);
   const auto grow = [](auto& values, std::size_t size, const auto& value) {
-    values.reserve(size); // and no more, as values that grow by themselves take up to twice what they hold
+    values.reserve(size); // exactly: a vector that grows by itself takes up to twice its size
     values.resize(size, value);
   };
   grow(positions, vertices, Eigen::Vector3f(Eigen::Vector3f::Zero()));
@@ -243,7 +243,7 @@ bool HalfEdgeMesh::mayCollapse(std::int32_t h) const
 
 int HalfEdgeMesh::commonNeighbors(std::int32_t v, std::int32_t w) const
 {
-  std::array<std::int32_t, 16> around; // of v: it is gone around once, unless there are more
+  std::array<std::int32_t, 16> around; // neighbors of v, collected once, unless there are more
   std::size_t count = 0;
   forNeighbors(v, [&](std::int32_t neighbor) {
     if (count < around.size())
@@ -291,7 +291,7 @@ void HalfEdgeMesh::collapse(std::int32_t h)
   valence[a] += valence[b] - (g < 0 ? 3 : 4);
   outgoing[b] = -1;
 
-  /// What is around a triangle that goes: its third vertex, and half-edges across its other sides.
+  /// Surroundings of a triangle that is removed: its third vertex, and the half-edges across its other sides.
   struct Around {
     std::int32_t apex, next, previous;
   };
@@ -302,7 +302,7 @@ void HalfEdgeMesh::collapse(std::int32_t h)
     link(around.next, around.previous);
     return around;
   };
-  const Around left = remove(h), right = g < 0 ? left : remove(g); // on the border the same twice
+  const Around left = remove(h), right = g < 0 ? left : remove(g); // on the border both are the same
   turnToStart(a, left.previous >= 0 ? left.previous : next(left.next));
   for (const Around& around : {left, right})
     turnToStart(around.apex, around.next >= 0 ? around.next : next(around.previous));
@@ -389,8 +389,7 @@ void HalfEdgeMesh::compact(Execution& execution)
   for (std::size_t n = 0; n < order.size(); ++n)
     newVertex[order[n]] = static_cast<std::int32_t>(n);
 
-  // Triangles by their first vertex in the new order; as a whole, so that a half-edge keeps its place within its
-  // triangle.
+  // Sorts triangles by their first vertex in the new order. A half-edge keeps its place within its triangle.
   const std::int32_t triangles = halfEdgeCount() / 3;
   const std::vector<std::int32_t> newTriangle =
       placesByFirstVertex(triangles, order.size(), [&](std::int32_t t) -> std::int32_t {

@@ -14,7 +14,7 @@
 
 namespace pcl::mrf {
 
-/// Where triangles go that are ordered by the first of their vertices; −1: those without.
+/// New index of each triangle when triangles are sorted by their first vertex; −1 for those with a negative one.
 std::vector<std::int32_t> placesByFirstVertex(std::size_t triangles, std::size_t vertices,
                                               const std::function<std::int32_t(std::int32_t triangle)>& firstVertex);
 
@@ -30,22 +30,22 @@ std::vector<std::int32_t> placesByFirstVertex(std::size_t triangles, std::size_t
 ///      a-------b                    turning counter-clockwise from it meets all triangles of v
 ///          h
 ///
-/// The operations keep the mesh manifold and oriented as long as their preconditions hold; they look at no positions.
+/// The operations keep the mesh manifold and oriented as long as their preconditions hold. They do not use positions.
 struct HalfEdgeMesh {
   std::vector<Eigen::Vector3f> positions;
   std::vector<Eigen::Vector3f> normals; ///< of the field, unit
   std::vector<std::uint8_t> pinned;     ///< vertices that must stay as they are
-  /// Set for a corner or more of every triangle that is new or has moved since all were set to zero; at first for all.
-  /// The operations do so for the triangles that they make; who moves a vertex has to.
+  /// Flags of vertices, at first all set. Each triangle that is new or has moved since they were cleared has a corner
+  /// with a flag: operations set it for triangles that they make, and code that moves a vertex must set it.
   std::vector<std::uint8_t> changed;
-  std::vector<float> sizing;  ///< length of the edges around a vertex that is aimed at, relative; at first 1
+  std::vector<float> sizing;  ///< relative target length of the edges around a vertex; at first 1
   std::vector<double> places; ///< on the BorderCurves; empty if there are none
-  /// Pieces of the surface that what changes the mesh works on concurrently, by vertex: as compact() cuts them.
+  /// Region of each vertex, as compact() cuts them. Operations work on several regions concurrently.
   std::vector<std::uint16_t> regions;
-  /// Of a part of a mesh: numbers that vertices have there which must stay, −1 for the others. Empty: it is no part.
+  /// In a part of a mesh: numbers in the whole mesh of the vertices that must stay, −1 for the others. Empty: no part.
   std::vector<std::int32_t> numbers;
   std::vector<std::int32_t> outgoing; ///< −1: removed, or in no triangle
-  std::vector<std::int32_t> valence;  ///< edges of a vertex
+  std::vector<std::int32_t> valence;  ///< number of edges of a vertex
   std::vector<std::int32_t> origin;   ///< −1 in removed triangles
   std::vector<std::int32_t> twin;
 
@@ -92,8 +92,8 @@ struct HalfEdgeMesh {
 
   bool adjacent(std::int32_t v, std::int32_t w) const;
 
-  /// True if the corners of the triangles beside an edge are of this region, or the triangles are gone: then nothing of
-  /// them changes but by what works on the region.
+  /// True if all corners of the triangles beside an edge are in this region, or the edge was removed. Then only work on
+  /// this region changes these triangles.
   bool isBetween(std::int32_t h, std::uint16_t region) const
   {
     const auto isIn = [&](std::int32_t side) {
@@ -101,7 +101,7 @@ struct HalfEdgeMesh {
     };
     return origin[h] < 0 || (isIn(h) && (twin[h] < 0 || isIn(twin[h])));
   }
-  /// True if all is of this region that is joined to the ends of an edge. \pre isBetween(h, region)
+  /// True if all neighbors of both ends of an edge are in this region. \pre isBetween(h, region)
   bool isAmid(std::int32_t h, std::uint16_t region) const
   {
     bool isAmid = true;
@@ -113,51 +113,51 @@ struct HalfEdgeMesh {
   /// \pre the vertex is on the boundary
   std::int32_t nextOnBorder(std::int32_t vertex) const { return target(outgoing[vertex]); }
   std::int32_t previousOnBorder(std::int32_t vertex) const;
-  /// The next one on the border of each vertex that is there, −1 for the others.
+  /// For each border vertex the next one on the border, −1 for the other vertices.
   std::vector<std::int32_t> nextOnBorders() const;
 
-  /// Room for a vertex and two triangles, and for more after them: of one for each split to be made, as long as none is
-  /// they count as removed.
+  /// Unused entries for the vertex and the two triangles of a split; those of split n are at [n]. They count as removed
+  /// until the split is made.
   struct Room {
     std::int32_t vertex, halfEdge;
     Room operator[](std::int32_t n) const { return {vertex + n, halfEdge + 6 * n}; }
   };
   Room makeRoom(std::int32_t splits);
 
-  /// Puts a vertex on the edge of h, sized between its ends, and cuts the triangles beside it in two. \return the new
-  /// vertex \pre the room has not been used
+  /// Puts a vertex on the edge of h, with the mean sizing of its ends, and cuts the triangles beside it in two.
+  /// \return the new vertex \pre the room has not been used
   std::int32_t split(std::int32_t h, const Room& room, const Eigen::Vector3f& position, const Eigen::Vector3f& normal);
-  /// \pre nothing was done since to the triangles that the split changed or made
+  /// \pre the triangles that the split changed or made have not changed since
   void undoSplit(std::int32_t h, const Room& room);
 
-  /// True if merging the ends of an edge keeps the mesh manifold and its topology (the link condition), and its
-  /// borders: of a border edge, which has no twin, neither may the loop close, nor a lone triangle go.
+  /// True if merging the ends of an edge keeps the mesh manifold, its topology (the link condition) and its borders: a
+  /// border edge may neither close its boundary loop nor be one of a triangle without neighbors.
   bool mayCollapse(std::int32_t h) const;
 
-  /// Merges the target of h into its origin; the triangles beside it go. \pre mayCollapse(h), the target is not on the
-  /// boundary unless all of the edge is
+  /// Merges the target of h into its origin and removes the triangles beside the edge.
+  /// \pre mayCollapse(h), and the target is not on the boundary unless the whole edge is
   void collapse(std::int32_t h);
 
-  /// An edge that collapses, and what is around the triangles that go.
+  /// An edge that collapses, and the surroundings of the triangles that are removed.
   struct Collapsed {
     std::int32_t h, twin;
-    std::int32_t kept, gone; ///< the ends
-    /// The third vertex, and the half-edges across the next and the previous side; second of the twin's triangle.
+    std::int32_t kept, gone; ///< the edge's ends
+    /// The third vertex, and the half-edges across the next and the previous side: of h's triangle, then of the twin's.
     std::array<std::int32_t, 2> apexes, next, previous;
   };
-  /// What is to be known to undo it. \pre mayCollapse(h)
+  /// What undoCollapse() needs. \pre mayCollapse(h)
   Collapsed collapsedBy(std::int32_t h) const;
-  /// All but position, normal, sizing and place of the vertex that was kept, which may have moved.
-  /// \pre nothing was done since to the triangles of either vertex
+  /// Undoes all but position, normal, sizing and place of the vertex that was kept.
+  /// \pre the triangles of both vertices have not changed since
   void undoCollapse(const Collapsed& edge);
 
-  /// Turns the inner edge of h to join the two opposite vertices. \pre they are not adjacent
+  /// Turns the inner edge of h, so that it joins the two opposite vertices. \pre these are not adjacent
   void flip(std::int32_t h);
 
-  /// Drops what was removed and renumbers the rest along a space-filling curve: what is close is close in memory, and
-  /// few edges leave a region, as which ranges of vertices are taken. \pre positions are finite
+  /// Drops removed elements and renumbers the others along a space-filling curve, so that close ones are close in
+  /// memory. Regions are ranges of vertices along it, so that few edges leave a region. \pre positions are finite
   void compact(Execution& execution);
-  /// Vertices of a region, but for the last, of a mesh of so many.
+  /// Number of vertices in each region but the last. \param vertices number of vertices of the mesh
   static std::int32_t regionSize(std::int32_t vertices);
 
   Triangle triangle(std::int32_t t) const { return {origin[3 * t], origin[3 * t + 1], origin[3 * t + 2]}; }

@@ -14,8 +14,8 @@ using Eigen::Vector3f;
 
 constexpr std::int64_t vertexGrain = 2048;
 
-/// Share of the vertices from which on all are watched, which costs hardly more then: one intersection that is
-/// overlooked means to remesh all over again.
+/// Max share of watched vertices; beyond it, all are watched. That costs hardly more, and if an intersection is
+/// overlooked, the whole mesh is remeshed again.
 constexpr double mostWatched = .3;
 
 template <typename Condition>
@@ -97,7 +97,7 @@ void pinAround(const std::vector<Vector3f>& centers, float radius, const std::ve
   Vector3f lower = centers.empty() ? Vector3f::Zero() : centers.front();
   for (const Vector3f& center : centers)
     lower = lower.cwiseMin(center);
-  // No center is in the first two cells, which stand for all that is before them.
+  // No center is in the first two cells: the first one, to which all positions before it belong, is not pinned.
   const Eigen::Array3d first = (lower.array() / radius).floor().cast<double>() - 2;
   CellHash cells(radius * first.matrix(), radius);
   for (const Vector3f& center : centers)

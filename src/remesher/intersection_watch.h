@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// Where the remesher looks for triangles that intersect, and what it leaves alone around them.
+/// Finds intersecting triangles for the remesher, and pins vertices around them.
 #pragma once
 
 #include "mesh/crowded_space.h"
@@ -15,41 +15,41 @@
 
 namespace pcl::mrf {
 
-/// Looks for intersections everywhere, or only where they are to be expected.
+/// Looks for intersecting triangles everywhere, or only where they are expected.
 class IntersectionWatch {
 public:
   enum class Place {
     everywhere,
-    expected ///< on the border, where two parts of it may come to overlap, and where sheets are close or folded
+    expected ///< on borders, parts of which may come to overlap, and where sheets are close or folded
   };
 
-  /// \param mesh with normals \param edge that is aimed at, cloud's unit
+  /// \param mesh with normals \param edge target edge length, cloud's unit
   IntersectionWatch(Place place, const HalfEdgeMesh& mesh, float edge, Execution& execution);
 
-  /// Where it looks: everywhere as well if that is hardly more than what is expected.
+  /// Where it looks. It is `everywhere` as well if intersections are expected in a large share of the mesh.
   Place place() const { return crowded_ ? Place::expected : Place::everywhere; }
 
-  /// Numbers of the triangles that intersect others, of those that are watched.
-  /// \param changed vertices; pairs of triangles without any are not looked at. Empty: all
+  /// Indices of the watched triangles that intersect other watched ones.
+  /// \param changed flags of vertices: pairs of triangles without a flagged corner are not tested. Empty: all pairs are
   std::vector<std::int32_t> intersectingTriangles(const HalfEdgeMesh& mesh, const std::vector<std::uint8_t>& changed,
                                                   Execution& execution) const;
 
-  /// Looks where the mesh has changed since the last look. \return triangles that intersect there and may be changed;
-  /// from now on those alone count as changed
+  /// Looks where the mesh has changed since the last call. \return the changeable() triangles that intersect; from now
+  /// on only these count as changed
   std::vector<std::int32_t> newIntersections(HalfEdgeMesh& mesh, Execution& execution) const;
 
 private:
   std::vector<std::uint8_t> watchedVertices(const HalfEdgeMesh& mesh, Execution& execution) const;
 
-  std::optional<CrowdedSpace> crowded_; ///< without: everywhere
+  std::optional<CrowdedSpace> crowded_; ///< empty: everywhere
 };
 
-/// Those of some triangles that operations may have changed: none makes or removes an edge between pinned vertices, so
-/// one with three pinned corners is the same as before. What intersects it has changed, or the intersection is the
-/// input's own.
+/// Those of the triangles that operations may have changed: all but those with three pinned corners, as no operation
+/// makes or removes an edge between pinned vertices. If such a triangle intersects another one, that one has changed,
+/// or they intersected in the input.
 std::vector<std::int32_t> changeable(const HalfEdgeMesh& mesh, std::vector<std::int32_t> triangles);
 
-/// Pins what is within a radius of one of the centers, and some of what is within 2√3 times as much.
+/// Pins all vertices within a radius of a center, and some vertices within 2√3 times the radius.
 void pinAround(const std::vector<Eigen::Vector3f>& centers, float radius, const std::vector<Eigen::Vector3f>& positions,
                std::vector<std::uint8_t>& pinned);
 

@@ -5,7 +5,7 @@
 
 namespace pcl::mrf {
 
-/// The triangles beside an edge, and those across their other sides.
+/// Adds the triangles beside an edge, and those across their other sides.
 void OperationLog::touchBeside(const HalfEdgeMesh& mesh, std::int32_t h)
 {
   for (const std::int32_t side : {h, mesh.twin[h]})
@@ -71,7 +71,7 @@ OperationLog::Choice OperationLog::lastOn(const std::vector<std::int32_t>& trian
   std::vector<std::uint8_t> states(mesh.origin.size() / 3, untouched);
   for (const std::int32_t t : triangles)
     states[t] = asked;
-  std::vector<Choice::Place> last; // from the end on
+  std::vector<Choice::Place> last; // latest first
   for (std::size_t log = logs.size(); log-- > 0;)
     for (std::size_t n = logs[log].operations_.size(); n-- > 0;) {
       bool isLast = false;
@@ -131,7 +131,7 @@ void OperationLog::undo(std::size_t operation, HalfEdgeMesh& mesh, Counts& count
     break;
   }
   case Kind::flip:
-    for (int turn = 0; turn < 3; ++turn) // a fourth one would be the whole way around
+    for (int turn = 0; turn < 3; ++turn) // four flips turn an edge around once; the first was the operation
       mesh.flip(own.which);
     ++counts.flips;
     break;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// What operations did to a mesh, so that those that made triangles intersect can be undone.
+/// A log of operations on a mesh, so that those that made triangles intersect can be undone.
 #pragma once
 
 #include "remesher/half_edge_mesh.h"
@@ -12,8 +12,8 @@
 
 namespace pcl::mrf {
 
-/// Operations one after the other; each is added before it is done. Of a collapse it is known as well where the vertex
-/// that stays was, which may move with it.
+/// Operations in order; each is added before it is done. A collapse is stored with the former position of the vertex
+/// that is kept, as it may move that vertex.
 class OperationLog {
 public:
   void addSplit(const HalfEdgeMesh& mesh, std::int32_t h, const HalfEdgeMesh::Room& room);
@@ -23,34 +23,34 @@ public:
   struct Counts {
     std::int64_t splits = 0, collapses = 0, flips = 0;
   };
-  /// The last operations on some triangles, and all that stand on those.
+  /// The last operations on some triangles, and all later ones that depend on them.
   struct Choice {
     struct Place {
       std::size_t log, operation;
     };
-    std::vector<Place> operations;       ///< in their order
-    std::vector<std::int32_t> triangles; ///< that they changed, removed or made
+    std::vector<Place> operations;       ///< in order
+    std::vector<std::int32_t> triangles; ///< that these changed, removed or made
   };
   static Choice lastOn(const std::vector<std::int32_t>& triangles, const std::vector<OperationLog>& logs,
                        const HalfEdgeMesh& mesh);
-  /// Undoes operations: their triangles are as before, if no other vertex of theirs has moved since.
-  /// \param logs in the order of what was done \pre nothing but operations in the logs has changed the triangles
+  /// Undoes operations. Their triangles are then as before, unless other vertices of theirs have moved since.
+  /// \param logs in the order in which they were written \pre only operations in the logs have changed the triangles
   static Counts undo(const Choice& choice, std::vector<OperationLog>& logs, HalfEdgeMesh& mesh);
 
-  /// Gives back memory that is not in use.
+  /// Frees memory that is not in use.
   void shrink();
 
 private:
   enum class Kind : std::uint8_t { split, collapse, flip, undone };
   struct Operation {
     Kind kind;
-    std::int32_t which;      ///< half-edge; of a collapse its number
-    HalfEdgeMesh::Room room; ///< of a split
-    std::uint32_t end;       ///< of the triangles in touched_
+    std::int32_t which;      ///< half-edge; for a collapse its index in collapses_
+    HalfEdgeMesh::Room room; ///< for a split only
+    std::uint32_t end;       ///< end of its triangles in touched_
   };
   struct Collapse {
     HalfEdgeMesh::Collapsed edge;
-    Eigen::Vector3f position, normal; ///< of the vertex that stays, as it was
+    Eigen::Vector3f position, normal; ///< of the vertex that is kept, before the collapse
     float sizing;
     double place;
   };
@@ -62,7 +62,7 @@ private:
   void undo(std::size_t operation, HalfEdgeMesh& mesh, Counts& counts);
 
   std::vector<Operation> operations_;
-  std::vector<Collapse> collapses_;   ///< of those operations that are
+  std::vector<Collapse> collapses_;   ///< of the operations that are collapses
   std::vector<std::int32_t> touched_; ///< triangles whose corners or neighbors an operation changes
 };
 

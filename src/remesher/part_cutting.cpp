@@ -16,11 +16,11 @@ namespace {
 
 using Box = Eigen::AlignedBox3f;
 
-/// Edges that a strip is wide to each side of a seam.
+/// Width of a strip to each side of a seam, in edges.
 constexpr int stripWidth = 8;
 
-/// Gives the numbers that vertices have to vertices without one around them, ring by ring.
-/// \param largest number of vertices from which on one gets no wider
+/// Spreads part numbers to the vertices around that have none, ring by ring.
+/// \param largest number of vertices at which a part stops to grow
 PartNumbers spread(PartNumbers numbers, const std::vector<Triangle>& triangles, std::int64_t largest)
 {
   std::vector<std::int64_t> counts(std::max(0, *std::max_element(numbers.begin(), numbers.end()) + 1), 0);
@@ -33,8 +33,8 @@ PartNumbers spread(PartNumbers numbers, const std::vector<Triangle>& triangles, 
     for (const Triangle& t : triangles)
       for (const std::int32_t v : t)
         for (const std::int32_t w : t)
-          // The first two rings are what is to change, and what holds it. The smallest number wins, so that no other
-          // one is beside it.
+          // The first two rings are always needed: one that may change, one that stays. The smallest number wins, so
+          // that no other one takes vertices beside it.
           if (before[v] >= 0 && before[w] < 0 && (numbers[w] < 0 || before[v] < numbers[w]) &&
               (ring < 2 || countsBefore[before[v]] < largest)) {
             if (numbers[w] >= 0)
@@ -46,7 +46,7 @@ PartNumbers spread(PartNumbers numbers, const std::vector<Triangle>& triangles, 
   return numbers;
 }
 
-/// Of the triangles of each group. \param groupOf gives it for a triangle, < 0: none
+/// Bounding box of each group's triangles. \param groupOf group of a triangle, < 0: none
 template <typename GroupOf>
 std::vector<Box> boxesOf(const TriangleMesh& mesh, const GroupOf& groupOf)
 {
@@ -96,7 +96,7 @@ PartNumbers cutIntoBoxes(const std::vector<Eigen::Vector3f>& positions, std::int
 PartNumbers stripsAlong(const PartNumbers& seams, const std::vector<Triangle>& triangles, std::int64_t largest)
 {
   const PartNumbers strips = spread(seams, triangles, largest);
-  std::set<std::pair<std::int32_t, std::int32_t>> neighbors; // the smaller number last
+  std::set<std::pair<std::int32_t, std::int32_t>> neighbors; // the larger number first
   for (const Triangle& t : triangles)
     for (std::size_t i = 0; i < 3; ++i) {
       const auto [smaller, larger] = std::minmax({strips[t[i]], strips[t[(i + 1) % 3]]});
@@ -138,7 +138,7 @@ MeshExtract MeshExtractor::operator()(const std::vector<std::int32_t>& triangles
 std::vector<std::int32_t> intersectingInGroups(const TriangleMesh& mesh, const std::vector<std::int32_t>& groups,
                                                Pairs pairs, Execution& execution)
 {
-  // Runs of triangles, which are close to each other mostly: where the box of one is apart from a group's, all are.
+  // Triangles of a run are mostly close to each other: a run is skipped if its box is apart from the group's.
   constexpr std::size_t runLength = 1024;
   std::vector<std::int32_t> result;
   MeshExtractor extract(mesh);
@@ -165,7 +165,7 @@ std::vector<std::int32_t> intersectingInGroups(const TriangleMesh& mesh, const s
       }
     }
     const auto ownCount = static_cast<std::size_t>(std::count(marked.begin(), marked.end(), 1));
-    if (pairs == Pairs::acrossGroups && 2 * ownCount > marked.size()) // those of the others, which are fewer
+    if (pairs == Pairs::acrossGroups && 2 * ownCount > marked.size()) // mark the others instead, which are fewer
       std::transform(marked.begin(), marked.end(), marked.begin(),
                      [](std::uint8_t own) { return static_cast<std::uint8_t>(1 - own); });
     for (const std::int32_t t : selfIntersectingTriangles(extract(near).mesh, execution, marked))

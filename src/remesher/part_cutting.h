@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// Where a mesh is cut into parts to be remeshed one after the other, and what is around the cuts.
+/// Cuts a mesh into parts that are remeshed one after the other, and makes strips along the cuts.
 #pragma once
 
 #include <pcl/surface/mrf/execution.h>
@@ -12,16 +12,16 @@
 
 namespace pcl::mrf {
 
-/// The number of a part for each vertex; −1: it is in none.
+/// Part of each vertex; −1: it is in none.
 using PartNumbers = std::vector<std::int32_t>;
 
-/// Boxes with equally many positions, cut in two across their longest side again and again: seams are short.
-/// \param largest number of positions in one, > 0
+/// Boxes with about the same number of positions. Each box is cut in two across its longest side until it is small
+/// enough, so that seams are short. \param largest max number of positions in a box, > 0
 PartNumbers cutIntoBoxes(const std::vector<Eigen::Vector3f>& positions, std::int64_t largest);
 
-/// Strips of eight edges to both sides of the seams of parts, and their rims. Those of parts beside each other are not
-/// made at a time: what is left over is to be asked for again. Of the first part nothing is.
-/// \param seams which part's seam a vertex is on \param largest number of vertices about which strips get no wider
+/// Strips of eight edges to both sides of the seams of parts, with their rims. Of strips that touch each other only one
+/// is made, so that the function must be called again for the other seams. The first part's strip is always made.
+/// \param seams part on whose seam a vertex is, or −1 \param largest number of vertices at which a strip stops to grow
 PartNumbers stripsAlong(const PartNumbers& seams, const std::vector<Triangle>& triangles, std::int64_t largest);
 
 /// Some triangles of a mesh with the vertices that they use.
@@ -30,7 +30,7 @@ struct MeshExtract {
   std::vector<std::int32_t> vertices; ///< their numbers in the whole
 };
 
-/// Takes triangles from a mesh, which must outlive this, in a time that depends on them alone.
+/// Extracts triangles from a mesh, which must outlive this. Cost: linear in the number of these triangles.
 class MeshExtractor {
 public:
   explicit MeshExtractor(const TriangleMesh& mesh) : mesh_(mesh), places_(mesh.vertices.size(), -1) {}
@@ -42,15 +42,15 @@ private:
   std::vector<std::int32_t> places_; ///< of the vertices in the extract; −1 between calls
 };
 
-constexpr std::int32_t noGroup = -2; ///< of triangles that are not looked at
+constexpr std::int32_t noGroup = -2; ///< of triangles that are ignored
 
 enum class Pairs {
   all,
-  acrossGroups ///< and some others, as far as they cost nothing
+  acrossGroups ///< and some pairs within groups that cost nothing
 };
 
-/// selfIntersectingTriangles(), group after group of triangles, so that it takes memory for one of them only.
-/// \param groups of the triangles, 0 and up; −1: pairs of these alone are not looked at; or noGroup
+/// selfIntersectingTriangles(), group by group of triangles, so that it takes memory for one group only.
+/// \param groups of the triangles, ≥ 0; −1: tested against groups, but not against each other; or noGroup
 std::vector<std::int32_t> intersectingInGroups(const TriangleMesh& mesh, const std::vector<std::int32_t>& groups,
                                                Pairs pairs, Execution& execution);
 

@@ -10,8 +10,8 @@
 namespace pcl::mrf {
 namespace {
 
-/// The field is read near the surface, and vertices stay within their part. Farther off it is read now and then, on the
-/// way of a step that comes to nothing: there it may be the background's, for all who do the task alike.
+/// Voxels of the field that a task gets around its part. The field is read near the surface, and vertices stay within
+/// their part. Only steps that fail read it farther off; there it may be the background, the same for every process.
 constexpr double voxelsAroundPart = 8;
 
 Eigen::AlignedBox3d boxAround(const PartInput& part)
@@ -42,7 +42,7 @@ void serialize(Archive& archive, RemesherOptions& options, unsigned)
   serializeAll(archive, options.rounds, options.targetEdge, options.triangles, options.fit);
 }
 
-/// What parts need of it.
+/// Only the fields that parts need.
 template <typename Archive>
 void serialize(Archive& archive, RemeshPlan& plan, unsigned)
 {

@@ -15,9 +15,9 @@
 
 namespace pcl::mrf {
 
-/// All that a part is remeshed from.
+/// The input from which a part is remeshed.
 struct PartInput : MeshPiece {
-  RemeshPlan plan;   ///< what parts need of it
+  RemeshPlan plan;   ///< a task gets only the fields that parts need
   float maxStep = 0; ///< \see ZeroLevel
   RemesherOptions options;
   DistanceField field; ///< at least around the part
@@ -25,12 +25,12 @@ struct PartInput : MeshPiece {
 
 constexpr const char* partKind = "part";
 
-/// Remeshes parts: use(n, what became of makeInput(n)), in their order.
-/// \throw what remeshPiece does; what TaskRunner::run does
+/// Remeshes the parts makeInput(n) as tasks and calls use(n, result) in their order.
+/// \throw what remeshPiece and TaskRunner::run throw
 void remeshEach(int count, const std::function<PartInput(int n)>& makeInput,
                 const std::function<void(int n, RemeshedPiece result)>& use, Execution& execution);
 
-/// One of them, from bytes to bytes.
+/// Remeshes one part: from a serialized PartInput to a serialized RemeshedPiece.
 std::string remeshPart(std::string input, Execution& execution);
 
 } // namespace pcl::mrf

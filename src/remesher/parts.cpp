@@ -19,7 +19,7 @@ namespace {
 
 using Eigen::Vector3f;
 
-/// As often as a whole mesh's rounds are repeated; then a part stays as it was.
+/// Max number of attempts to make parts that do not intersect others; after these a part stays as it was.
 constexpr int maxAttempts = 8;
 
 /// The numbers of an extract's vertices in the whole, after splitFans() has given some of them copies.
@@ -34,7 +34,7 @@ std::vector<std::int32_t> numbersAfterSplitting(MeshExtract& extract)
   return numbers;
 }
 
-/// All parts of a mesh, once. What they become is added to the mesh; what it replaces stays until all is well.
+/// Remeshes all parts of a mesh once. New triangles are added to the mesh; those they replace are removed at the end.
 class PartsRun {
 public:
   PartsRun(PartedMesh& mesh, const PartNumbers& parts, const RemeshPlan& plan, const ZeroLevel& level,
@@ -106,7 +106,7 @@ private:
         execution_);
   }
 
-  /// Those around what is free, and one ring more: at no seam there is a border.
+  /// The triangles of free vertices, and one ring more, so that a seam is not a border.
   std::vector<std::vector<std::int32_t>> trianglesOfParts(const std::vector<std::uint8_t>& isToDo) const
   {
     std::vector<std::uint8_t> isNearFree(free_.size(), 0);
@@ -147,7 +147,7 @@ private:
     return input;
   }
 
-  /// Adds what is new of a part.
+  /// Adds the new vertices and triangles of a part.
   void add(const RemeshedPiece& result, std::int32_t part)
   {
     counts_[part] = result.summary;
@@ -174,8 +174,8 @@ private:
     }
   }
 
-  /// Takes vertices around triangles of a part that intersect what the part does not know of from what is free.
-  /// \param radius 0: all of the part's \return which parts are to be made once more
+  /// Makes vertices around triangles that intersect triangles outside of their part no longer free.
+  /// \param radius around these; 0: all vertices of the part \return flags of the parts to remesh again
   std::vector<std::uint8_t> pinWhatIntersects(float radius)
   {
     std::vector<Vector3f> centers;
@@ -241,13 +241,13 @@ private:
   const RemesherOptions& options_;
   Execution& execution_;
   const std::size_t formerTriangles_;
-  PartNumbers free_;                 ///< parts of the vertices that may move
-  std::vector<std::int32_t> groups_; ///< parts of the triangles; −1: they stay
+  PartNumbers free_;                 ///< per vertex: its part if it may move, or −1
+  std::vector<std::int32_t> groups_; ///< per triangle: its part; −1: it stays; or replaced
   std::vector<std::int32_t> known_;  ///< triangles that intersect within their part, ascending
   std::vector<RemeshSummary> counts_;
 };
 
-/// partBorders() for a whole mesh, by what is around the vertices that it is about.
+/// partBorders() for a whole mesh, on an extract of the triangles around the vertices concerned.
 void partBordersOf(TriangleMesh& mesh, const RemeshPlan& plan, const ZeroLevel& level, Execution& execution)
 {
   std::vector<std::int32_t> border;
@@ -273,7 +273,7 @@ void partBordersOf(TriangleMesh& mesh, const RemeshPlan& plan, const ZeroLevel& 
       mesh.vertices[numbers[v]] = surface.mesh.positions[v];
 }
 
-/// Vertices along a space-filling curve, triangles by the first of theirs.
+/// Sorts vertices along a space-filling curve, and triangles by their first vertex.
 TriangleMesh alongCurve(TriangleMesh mesh, Execution& execution)
 {
   const std::vector<std::uint32_t> order =
@@ -311,12 +311,12 @@ RemeshResult remeshInParts(TriangleMesh mesh, RemeshPlan plan, const ZeroLevel& 
                            std::int64_t trianglesOfPart, Execution& execution)
 {
   const auto triangles = static_cast<double>(mesh.triangles.size()), partSize = static_cast<double>(trianglesOfPart);
-  // A triangle takes half a vertex.
+  // There are half as many vertices as triangles.
   const auto largest = [](double count) { return std::max<std::int64_t>(static_cast<std::int64_t>(count / 2), 1); };
   PartedMesh now{{std::move(mesh.vertices), std::move(mesh.triangles), {}, {}, {}, {}}, std::move(plan.sizing), {}, {}};
   for (Vector3f& p : now.mesh.vertices)
     if (!p.allFinite())
-      p.setZero(); // in no triangle; what is no number cannot be sorted
+      p.setZero(); // it is in no triangle, and NaN cannot be sorted
   const PartNumbers boxes =
       cutIntoBoxes(now.mesh.vertices, largest(partSize * std::min(1., triangles / plan.triangles)));
   const auto countIntersecting = [&](const TriangleMesh& whole, const auto& groupOf) {
@@ -340,7 +340,7 @@ RemeshResult remeshInParts(TriangleMesh mesh, RemeshPlan plan, const ZeroLevel& 
   const auto remeshAll = [&](const PartNumbers& numbers) {
     remeshParts(now, numbers, plan, level, options, result, execution);
   };
-  execution.beginStep(0, .7); // what strips take, about
+  execution.beginStep(0, .7); // about the share of the boxes; strips take the rest
   remeshAll(boxes);
   for (double done = .7; *std::max_element(now.seams.begin(), now.seams.end()) >= 0; done += .5 * (1 - done)) {
     execution.beginStep(done, .5 * (1 + done));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// Remeshing a mesh part after part.
+/// Remeshing of a mesh part by part.
 #pragma once
 
 #include "remesher/part_cutting.h"
@@ -14,22 +14,22 @@
 
 namespace pcl::mrf {
 
-/// A mesh in the making, and what its vertices carry from one run over its parts to the next.
+/// A mesh while it is remeshed, with the values of its vertices that each run over the parts hands to the next.
 struct PartedMesh {
   TriangleMesh mesh;
   EdgeSizing sizing;          ///< empty: 1
   std::vector<double> places; ///< on the plan's curves; empty if there are none
-  PartNumbers seams;          ///< whose seam a vertex is on that could not move yet; empty before the first run
+  PartNumbers seams;          ///< part on whose seam a vertex is that could not move yet; empty before the first run
 };
 
-/// Remeshes each part with all else left as it is: what is joined to vertices of other parts, or of none, stays. So
-/// parts are joined by the vertices and triangles that stay, bit by bit. A part that comes to intersect another one is
-/// made once more, with what is around left as it was. \param result gets what was done added
+/// Remeshes each part and keeps all else. A vertex stays if it is joined to a vertex of another part, or of none, so
+/// that parts fit together exactly at their seams. If a part then intersects another one, it is remeshed again, with
+/// the vertices around the intersection kept. \param result the counts of operations are added to it
 void remeshParts(PartedMesh& mesh, const PartNumbers& parts, const RemeshPlan& plan, const ZeroLevel& level,
                  const RemesherOptions& options, RemeshResult& result, Execution& execution);
 
-/// Remeshes in parts, then strips along their seams until no vertex is left that could not move.
-/// \param options without triangles to end with
+/// Remeshes in parts, then in strips along their seams, until every vertex was free to move once.
+/// \param options with triangles = 0: without decimation
 RemeshResult remeshInParts(TriangleMesh mesh, RemeshPlan plan, const ZeroLevel& level, const RemesherOptions& options,
                            std::int64_t trianglesOfPart, Execution& execution);
 

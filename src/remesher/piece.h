@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// Remeshing a whole mesh, or a part of it with what is around that.
+/// Remeshing of a whole mesh, or of a part of it with its surroundings.
 #pragma once
 
 #include "base/loops.h"
@@ -13,23 +13,23 @@
 
 namespace pcl::mrf {
 
-/// A mesh, and what is known of its vertices; all empty: nothing.
+/// A mesh with values of its vertices; arrays without values are empty.
 struct MeshPiece {
   TriangleMesh mesh; ///< vertices and triangles
   EdgeSizing sizing;
-  /// Of a part, \see HalfEdgeMesh::numbers. Vertices that may move have all their neighbors, and those that are joined
-  /// to them all their triangles.
+  /// In a part only, \see HalfEdgeMesh::numbers. The part holds all neighbors of the vertices that may move, and all
+  /// triangles of these neighbors.
   std::vector<std::int32_t> numbers;
-  std::vector<double> places; ///< of a part, on the plan's curves
+  std::vector<double> places; ///< in a part only, on the plan's curves
 };
 
 struct RemeshedPiece : MeshPiece {
   RemeshSummary summary;
   std::vector<std::int32_t> intersecting; ///< triangles, ascending
-  std::int64_t intersectingBefore = 0;    ///< of a whole mesh, \see RemeshResult
+  std::int64_t intersectingBefore = 0;    ///< for a whole mesh only, \see RemeshResult
 };
 
-/// Moves positions to the surface, if it is near.
+/// Makes a function that moves positions to the surface if it is near.
 inline BorderCurves::OnSurface surfaceFinder(const ZeroLevel& level, Poller& poll)
 {
   return [&](Eigen::Vector3f& position) {
@@ -41,8 +41,7 @@ inline BorderCurves::OnSurface surfaceFinder(const ZeroLevel& level, Poller& pol
   };
 }
 
-/// Runs all passes. A part comes out with the vertices that have numbers where they were, and the triangles between
-/// these.
+/// Runs all passes. In a part, the vertices that have numbers stay where they are; so do the triangles between them.
 RemeshedPiece remeshPiece(const MeshPiece& piece, const RemeshPlan& plan, const ZeroLevel& level,
                           const RemesherOptions& options, Execution& execution);
 

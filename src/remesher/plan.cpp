@@ -22,8 +22,8 @@ namespace {
 using Eigen::Vector3f;
 
 constexpr std::int64_t planGrain = 2048;
-/// Angle by which the surface may turn along an edge: with more, ears and claws get shorter and edges of the shape
-/// blunter with every round; with less, triangles on rough clouds are less even.
+/// Max angle, in radians, by which the surface may turn along an edge. With more, ears and claws get shorter and sharp
+/// edges of the shape blunter with every round; with less, triangles on rough clouds are less even.
 constexpr float maxAngle = .8f;
 
 /// \see RemeshPlan::nextOnBorder \throw InvalidInput
@@ -57,12 +57,12 @@ std::vector<std::int32_t> bordersOf(const TriangleMesh& mesh, const VertexCorner
   return next;
 }
 
-/// The median length of edges, as it would be in voxels of the finest size.
+/// The median edge length if all voxels had the finest size.
 float medianEdge(const TriangleMesh& mesh, const std::vector<std::int32_t>& nextOnBorder, const DistanceField& field,
                  Execution& execution)
 {
   const double side = field.lattice().spacing;
-  std::vector<float> shares(mesh.vertices.size()); // of the squares
+  std::vector<float> shares(mesh.vertices.size()); // finest to local voxel side, squared
   forEachPolling<std::int32_t>(execution, mesh.vertices.size(), planGrain, [&](std::int32_t v) {
     shares[v] = squared(static_cast<float>(side / field.voxelSide(mesh.vertices[v])));
   });
@@ -94,11 +94,11 @@ double expectedTriangles(const TriangleMesh& mesh, const RemeshPlan& plan)
   return sum;
 }
 
-/// How much the sizing may grow per target edge of way.
+/// Max growth of the sizing along the surface, per target edge length.
 constexpr float steepestGrowth = .2f;
 
-/// Lowers the sizing of a mesh until edges aimed at get longer by a fifth of the way along the surface at most, so that
-/// triangles between long and short ones stay nearly equilateral. \param targetEdge where the sizing is 1
+/// Lowers the sizing of a mesh until target edge lengths grow by at most a fifth of the distance along the surface, so
+/// that triangles between short and long edges stay nearly equilateral. \param targetEdge length where the sizing is 1
 void limitGrowth(const TriangleMesh& mesh, const VertexCorners& corners, float targetEdge, EdgeSizing& sizing,
                  Execution& execution)
 {
@@ -111,7 +111,7 @@ void limitGrowth(const TriangleMesh& mesh, const VertexCorners& corners, float t
         if (w != v)
           body(w);
   };
-  // Dijkstra's shortest paths, each vertex as far away at first as its sizing says, from those that limit another one.
+  // Dijkstra's shortest paths, with the sizing as the distance, starting at the vertices that limit a neighbor.
   using Entry = std::pair<float, std::int32_t>;
   std::vector<Entry> entries;
   Poller poll(execution);
@@ -139,7 +139,7 @@ void limitGrowth(const TriangleMesh& mesh, const VertexCorners& corners, float t
   }
 }
 
-/// Aims at shorter edges if there would be too few triangles to choose from.
+/// Shortens the target edge if decimation would have too few triangles to choose from.
 void shortenFor(std::int64_t triangles, const TriangleMesh& mesh, RemeshPlan& plan)
 {
   constexpr double spare = 1.25;
@@ -175,14 +175,14 @@ RemeshPlan planFor(const TriangleMesh& mesh, const DistanceField& field, const E
     plan.sizing = sizing;
     limitGrowth(mesh, corners, plan.targetEdge, plan.sizing, execution);
   }
-  // Edges that are to be longer than they are have to pass by details.
+  // Edges that are longer than those of the mesh have to skip details.
   plan.maxTurn = squared(maxAngle * std::max(1.f, plan.targetEdge / median));
   if (options.triangles > 0)
     shortenFor(options.triangles, mesh, plan);
   plan.triangles = expectedTriangles(mesh, plan);
   checkSize(plan);
   execution.poll();
-  // Small triangles must not stay among large ones.
+  // If edges get longer, small pinned triangles must not stay among large ones.
   plan.pinsFolds = plan.targetEdge <= median;
   return plan;
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// What holds for all of a mesh, in however many parts it is remeshed.
+/// Values that hold for a whole mesh, in however many parts it is remeshed.
 #pragma once
 
 #include "mesh/vertex_fields.h"
@@ -18,19 +18,19 @@
 namespace pcl::mrf {
 
 struct RemeshPlan {
-  float targetEdge = 0;   ///< where the sizing is 1, cloud's unit
-  float maxTurn = 0;      ///< for triangles to be made \see TriangleShape::turn
-  double triangles = 0;   ///< equilateral ones that there would be, all edges as long as their target
-  bool pinsFolds = false; ///< whether triangles that run against the surface's normals stay, if they are few
+  float targetEdge = 0;   ///< target edge length where the sizing is 1, cloud's unit
+  float maxTurn = 0;      ///< max TriangleShape::turn of new triangles
+  double triangles = 0;   ///< number of them if all edges had their target length
+  bool pinsFolds = false; ///< whether triangles that face against the surface's normals stay, if they are few
   EdgeSizing sizing;      ///< of the mesh's vertices; empty: 1 everywhere
-  /// For decimation.
+  /// For decimation, as in remesh().
   DistanceWeight weightAt;
-  /// Of each vertex on the border the one that follows, −1 for the others.
+  /// For each border vertex the next one on the border, −1 for the other vertices.
   std::vector<std::int32_t> nextOnBorder;
-  BorderCurves curves; ///< for parts only: a whole mesh has its own
+  BorderCurves curves; ///< for parts only: a whole mesh makes its own
 };
 
-/// \param field that the mesh was cut out of: where it has larger voxels, so are the mesh's edges
+/// \param field from which the mesh was extracted: larger voxels have made longer edges
 /// \throw InvalidInput if the mesh is not oriented and manifold
 /// \throw ResourceLimit if the target edge asks for more triangles than can be indexed
 RemeshPlan planFor(const TriangleMesh& mesh, const DistanceField& field, const EdgeSizing& sizing,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// Work on a mesh, several of its regions at a time.
+/// Works on several regions of a mesh at a time.
 #pragma once
 
 #include "base/loops.h"
@@ -15,11 +15,11 @@ namespace pcl::mrf {
 
 enum class Turn { now, later, never };
 
-/// Calls work(item, own) for the items 0 to count - 1: those of a region in their order, while other regions' are
-/// worked on, then those that have to wait as they reach into other regions. The same for any number of threads.
+/// Calls work(item, own) for the items 0 to count - 1: first for each region's items in order, several regions at a
+/// time, then for the items that reach into other regions. The result is the same for any number of threads.
 /// \param regionOf region of an item
-/// \param turnOf of an item in its region, asked for when those before it in the region are done
-/// \return what work() was given as its own: one of each region, and one of the items that had to wait
+/// \param turnOf(item, region) when to work on an item, asked when the region's items before it are done
+/// \return the `own` objects that work() got: one per region, then one for the items that had to wait
 /// \throw Cancelled
 template <typename Own, typename RegionOf, typename TurnOf, typename Work>
 std::vector<Own> workByRegion(std::int32_t count, const RegionOf& regionOf, const TurnOf& turnOf, const Work& work,

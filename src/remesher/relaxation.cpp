@@ -13,17 +13,17 @@ namespace {
 
 using Eigen::Vector3f;
 
-/// Share of the target edge below which a step is not worth the way: it changes angles by about a degree.
+/// Min length of a step, as a share of the target edge. Shorter ones change angles by about a degree.
 constexpr float minStep = .02f;
 constexpr std::int64_t stepGrain = 2048;
 
 struct Step {
   Vector3f tangential = Vector3f::Zero();
-  std::optional<Corner> reached; ///< by the whole step, then to the zero level; on the border not in use
-  bool isSettled = false;        ///< the step is not worth the way
+  std::optional<Corner> reached; ///< by the whole step, then to the zero level; not used on the border
+  bool isSettled = false;        ///< the step is too short to be taken
 };
 
-/// Twice those of the triangles of each vertex, beside what its sizing asks for.
+/// Twice the area of each vertex's triangles, over its squared sizing.
 std::vector<float> relativeAreas(const RemeshedSurface& surface, Execution& execution)
 {
   const HalfEdgeMesh& mesh = surface.mesh;
@@ -69,7 +69,7 @@ std::optional<Site> siteInside(const RemeshedSurface& surface, std::int32_t v, c
   return moved ? std::optional<Site>({*moved}) : std::nullopt;
 }
 
-/// Towards the middle between its neighbors along the border's curve.
+/// A share of the way toward the middle of a vertex's neighbors along the border's curve.
 std::optional<Site> siteAlongBorder(const RemeshedSurface& surface, std::int32_t v, float share)
 {
   const HalfEdgeMesh& mesh = surface.mesh;
@@ -85,10 +85,10 @@ std::optional<Site> siteAlongBorder(const RemeshedSurface& surface, std::int32_t
   return Site{*moved, place};
 }
 
-/// Takes what fits of the vertex's step. \return false if nothing tangential did
+/// Takes the largest share of the vertex's step that fits. \return false if no tangential one did
 bool move(RemeshedSurface& surface, std::int32_t v, const Step& step)
 {
-  for (const float share : {1.0f, .5f, .25f, 0.0f}) { // the last: to the zero level and no more
+  for (const float share : {1.0f, .5f, .25f, 0.0f}) { // 0: to the zero level only
     const std::optional<Site> site =
         surface.mesh.onBoundary(v) ? siteAlongBorder(surface, v, share) : siteInside(surface, v, step, share);
     if (site && surface.mayMove(v, site->corner)) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// What the passes of the remesher share.
+/// The state that the passes of the remesher share.
 #pragma once
 
 #include "mesh/triangle_shape.h"
@@ -25,22 +25,22 @@ constexpr float squared(float value)
   return value * value;
 }
 
-/// Where a vertex is, or may go to.
+/// Where a vertex is or may move to.
 struct Site {
   Corner corner;
   double place = -1; ///< on the border's curve; −1 off the border
 };
 
-/// The mesh in the making, the surface and the curves that it follows, and what was done to it.
+/// The mesh during remeshing, the surface and the border curves that it follows, and the operations so far.
 struct RemeshedSurface {
   HalfEdgeMesh mesh;
   const ZeroLevel& level;
-  BorderCurves curves;                                    ///< of the borders as they were at first
-  float targetEdge = 0;                                   ///< where the mesh's sizing is 1, cloud's unit
-  float maxTurn = std::numeric_limits<float>::infinity(); ///< for triangles to be made \see TriangleShape::turn
+  BorderCurves curves;                                    ///< of the input's borders
+  float targetEdge = 0;                                   ///< target edge length where the sizing is 1, cloud's unit
+  float maxTurn = std::numeric_limits<float>::infinity(); ///< max TriangleShape::turn of new triangles
   DistanceWeight weightAt;                                ///< for decimation
   RemeshSummary result;                                   ///< counts so far
-  std::vector<OperationLog> logs; ///< since the mesh was compacted, in the order of what was done
+  std::vector<OperationLog> logs;                         ///< operations since the mesh was compacted, in order
 
   /// \param surface must outlive this
   RemeshedSurface(const TriangleMesh& triangles, const ZeroLevel& surface, Execution& execution)
@@ -69,13 +69,13 @@ struct RemeshedSurface {
   {
     return next.mayReplace(former, maxTurn);
   }
-  /// True if the next one may replace whatever triangle h is of, which most may; false: its shape has to tell.
+  /// A quick test, mostly true: `next` may replace the triangle of h whatever its shape. If false, use mayReplace().
   bool isFineFor(std::int32_t h, const TriangleShape& next) const
   {
     return next.sound() && next.turn <= maxTurn && next.turnsLittle(cross(h));
   }
 
-  /// That half-edge of an edge whose target goes if its ends are merged: a border stays where it is.
+  /// The half-edge of an edge whose target is removed if its ends are merged: the end on the border is kept.
   std::int32_t towardsWhatGoes(std::int32_t edge) const
   {
     return mesh.twin[edge] >= 0 && mesh.onBoundary(mesh.target(edge)) ? mesh.twin[edge] : edge;
@@ -90,7 +90,7 @@ struct RemeshedSurface {
     moveTo(kept, site);
   }
 
-  /// True if no triangle of the vertex is spoiled there.
+  /// True if moving a vertex there spoils none of its triangles.
   bool mayMove(std::int32_t vertex, const Corner& moved) const
   {
     bool fits = true;
@@ -103,14 +103,14 @@ struct RemeshedSurface {
     return fits;
   }
 
-  /// Normal of the triangle of h, twice the area long. Reads positions only: normals may be in the making.
+  /// Normal of the triangle of h; its length is twice the area. Reads positions only, so vertex normals may be missing.
   Eigen::Vector3f cross(std::int32_t h) const
   {
     const Eigen::Vector3f& a = mesh.positions[mesh.origin[h]];
     return (mesh.positions[mesh.target(h)] - a).cross(mesh.positions[mesh.opposite(h)] - a);
   }
 
-  /// Length that is aimed at for edges around a vertex, or between two, cloud's unit.
+  /// Target edge length at a vertex, between two vertices, and of an edge, cloud's unit.
   float targetAt(std::int32_t v) const { return targetEdge * mesh.sizing[v]; }
   float targetBetween(std::int32_t v, std::int32_t w) const { return .5f * (targetAt(v) + targetAt(w)); }
   float targetOf(std::int32_t h) const { return targetBetween(mesh.origin[h], mesh.target(h)); }
@@ -120,7 +120,7 @@ struct RemeshedSurface {
     return (mesh.positions[mesh.target(h)] - mesh.positions[mesh.origin[h]]).squaredNorm();
   }
 
-  /// True if the border from one vertex over a site to another vertex cuts off no more of its curve than it may.
+  /// True if the border from one vertex over a site to another vertex is within half of maxStep from its curve.
   bool followsBorder(std::int32_t previous, const Site& site, std::int32_t next) const
   {
     const Eigen::Vector3f& position = site.corner.position;

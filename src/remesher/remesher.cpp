@@ -27,11 +27,11 @@ using Eigen::Vector3f;
 
 constexpr std::int64_t vertexGrain = 2048;
 
-/// Pins triangles that run against the surface's normals, but for slivers, if they are few. Sheets are closer to each
-/// other there than the field's gradients tell apart: what the passes make of them intersects, and has to be undone.
+/// Pins triangles that face against the surface's normals, except slivers, if they are few. Sheets are too close there
+/// for the field's gradient to tell them apart: triangles that the passes make of them intersect, and must be undone.
 void pinFolds(RemeshedSurface& surface)
 {
-  constexpr double most = .05; // of all triangles
+  constexpr double most = .05; // max share of all triangles
   HalfEdgeMesh& mesh = surface.mesh;
   std::vector<std::int32_t> folds;
   for (std::int32_t h = 0; h < mesh.halfEdgeCount(); h += 3)
@@ -44,8 +44,7 @@ void pinFolds(RemeshedSurface& surface)
       mesh.pinned[v] = 1;
 }
 
-/// The piece without vertices that are in no triangle, and all that the passes read of it but for the curves of a whole
-/// mesh.
+/// The piece as the passes read it, without unused vertices. Only the curves of a whole mesh are not set yet.
 RemeshedSurface prepared(const MeshPiece& piece, const RemeshPlan& plan, const ZeroLevel& level, Execution& execution)
 {
   RemeshedSurface surface(piece.mesh, level, execution);
@@ -71,7 +70,7 @@ RemeshedSurface prepared(const MeshPiece& piece, const RemeshPlan& plan, const Z
   return surface;
 }
 
-/// What vertices are before a pass that moves them.
+/// The vertices before a pass that moves them.
 struct FormerVertices {
   std::vector<Vector3f> positions, normals;
   std::vector<double> places;
@@ -109,11 +108,11 @@ public:
       partBorders(surface_);
       smoothBorders();
     }
-    // The first round makes most of the collapses: what is overlooked there costs all rounds once more.
+    // The first round makes most of the collapses: an intersection overlooked there would repeat all rounds.
     for (int round = 0; round < options_.rounds; ++round) {
       if (!runRound(round == 0 ? everywhere_ : watch_))
         return {};
-      if (surface_.mesh.numbers.empty()) // a part is itself a share of what there is to do
+      if (surface_.mesh.numbers.empty()) // the progress of parts is counted in parts
         execution_.progress(static_cast<double>(round + 1) / options_.rounds);
     }
     if (options_.fit)
@@ -141,7 +140,7 @@ private:
     const std::vector<std::int32_t> left = takeBackWhatIntersects(former, watch);
     if (!left.empty() && watch.place() == IntersectionWatch::Place::expected)
       return false;
-    for (const std::int32_t t : left) // the input's own
+    for (const std::int32_t t : left) // they intersected in the input
       for (const std::int32_t v : surface_.mesh.triangle(t))
         surface_.mesh.pinned[v] = 1;
     compact();
@@ -163,8 +162,8 @@ private:
     takeBackWhatIntersects(former, watch_);
   }
 
-  /// Takes vertices of intersecting triangles back to where they were, and undoes what was done to triangles that
-  /// intersect all the same, until none does. \return those that are as they were before all that
+  /// Moves the vertices of intersecting triangles back, and undoes the operations on triangles that still intersect,
+  /// until none does. \return intersecting triangles that neither has changed
   std::vector<std::int32_t> takeBackWhatIntersects(FormerVertices& former, const IntersectionWatch& watch)
   {
     HalfEdgeMesh& mesh = surface_.mesh;
@@ -197,7 +196,7 @@ private:
     takeBack(std::move(around), former);
   }
 
-  /// Of those of some triangles that have not been removed.
+  /// Corners of those of the triangles that have not been removed.
   std::vector<std::int32_t> cornersOf(const std::vector<std::int32_t>& triangles) const
   {
     std::vector<std::int32_t> corners;
@@ -216,8 +215,8 @@ private:
     });
   }
 
-  /// Takes vertices back to where they were, and what would be a bad triangle then as well. \return false if none had
-  /// moved
+  /// Moves vertices back to where they were, and the other corners of triangles that are bad then.
+  /// \return false if none had moved
   bool takeBack(std::vector<std::int32_t> toReturn, const FormerVertices& former)
   {
     bool hasMoved = false;
@@ -236,7 +235,7 @@ private:
     return hasMoved;
   }
 
-  /// Its triangles are too large to know where they may intersect.
+  /// Decimates. The triangles get too large to know where they may intersect, so the whole mesh is searched.
   void reduce()
   {
     for (int attempt = 0; attempt < maxAttempts; ++attempt) {
@@ -244,7 +243,7 @@ private:
       FormerVertices former(surface_.mesh);
       takeBackWhatIntersects(former, everywhere_);
       const bool isDone = undone_.empty();
-      for (const std::int32_t v : undone_) // the next attempt would run into the same trouble
+      for (const std::int32_t v : undone_) // else the next attempt would fail in the same way
         surface_.mesh.pinned[v] = 1;
       compact();
       if (isDone)
@@ -276,7 +275,7 @@ private:
   RemeshedSurface surface_;
   IntersectionWatch watch_, everywhere_;
   std::int64_t intersectingBefore_ = 0;
-  std::vector<std::int32_t> undone_; ///< corners of triangles that came back since the mesh was compacted
+  std::vector<std::int32_t> undone_; ///< corners of triangles restored by undo() since the mesh was compacted
 };
 
 RemeshResult remeshWhole(TriangleMesh mesh, const RemeshPlan& plan, const ZeroLevel& level,
@@ -336,7 +335,7 @@ RemeshResult remesh(TriangleMesh mesh, const DistanceField& field, const EdgeSiz
   result = remeshInParts(std::move(mesh), std::move(ofParts), level, ofRounds, partSize, execution);
   if (options.triangles == 0)
     return result;
-  // Which collapses cost least is only known for all of the mesh.
+  // Which collapses cost least is only known for the whole mesh.
   ofDecimation.rounds = 0;
   ofDecimation.fit = false;
   plan.sizing.clear();

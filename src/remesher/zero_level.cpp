@@ -15,11 +15,11 @@ using Eigen::Vector3f;
 
 /// |d| / |∇d| in voxels up to which a position counts as on the zero level.
 constexpr float onLevel = 1e-3f;
-/// |d| / |∇d| in voxels up to which a straight step is as good as one of four stages: the gradient hardly turns on the
-/// way, and what is left is a part of it for the next step.
+/// |d| / |∇d| in voxels up to which a straight step is as good as a Runge–Kutta step: the gradient hardly turns on the
+/// way, and the next step removes the rest of the distance.
 constexpr float straightStep = .25f;
-/// The gradient is that of a smoother interpolation than the distance's, so that a few steps may be needed; many do not
-/// converge.
+/// A few steps may be needed, as the gradient is of a smoother interpolation than the distance. If more are, they do
+/// not converge.
 constexpr int maxSteps = 8;
 
 } // namespace
@@ -40,10 +40,10 @@ std::optional<Corner> ZeroLevel::trace(const Vector3f& start) const
     field.sampleDistance(at, gradient);
     return slopeOf(gradient);
   };
-  // Tells steps that will not arrive in time, as each of them leaves a share of the way that hardly changes: between
-  // sheets that are close to each other the distance is twice as steep as its smoothed gradient, so that steps go to
-  // and fro. In a cluttered room two in three reads of the field were for such. The smaller one of the last two shares
-  // counts, and must leave twice as much as a position on the level may be off: shares change a little.
+  // True if the steps will not arrive in time. Each step leaves about the same share of the distance: between close
+  // sheets the distance is twice as steep as its smoothed gradient, so that steps go to and fro. In a cluttered room
+  // two in three reads of the field were for such steps. As shares change a little, the smaller one of the last two
+  // counts, and the distance that it leaves must be over twice the one of a position on the level.
   float formerDistance = 0, formerShare = 0;
   float farthest = std::numeric_limits<float>::infinity();
   const auto isHopeless = [&](float distance, int steps) {
@@ -86,7 +86,7 @@ float ZeroLevel::height(const Vector3f& position) const
   Vector3f gradient;
   const float d = field.sampleDistance(position, gradient);
   const float height = d / gradient.norm();
-  return std::abs(height) <= maxVoxels_ * field.spacing() ? height : 0; // not a number: the gradient vanishes
+  return std::abs(height) <= maxVoxels_ * field.spacing() ? height : 0; // 0 as well for NaN, if the gradient vanishes
 }
 
 } // namespace pcl::mrf

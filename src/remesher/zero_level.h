@@ -12,12 +12,11 @@
 
 namespace pcl::mrf {
 
-/// The surface that the remesher must not leave; may be asked by several threads at once. Refers to the field, which
-/// must outlive it.
+/// The surface that the remesher must not leave. May be used by several threads at once. The field must outlive it.
 class ZeroLevel {
 public:
-  /// \param maxStep how far from a position the level is looked for, cloud's unit; where the field is stored in
-  /// coarser voxels, farther in proportion
+  /// \param maxStep max distance from a position to the level, cloud's unit; in coarser voxels it is larger in
+  /// proportion to their side
   ZeroLevel(const DistanceField& field, float maxStep)
       : field_(field), maxStep_(maxStep), maxVoxels_(maxStep / static_cast<float>(field.lattice().spacing))
   {}
@@ -29,10 +28,10 @@ public:
   Eigen::Vector3f normalAt(const Eigen::Vector3f& position, const Eigen::Vector3f& fallback) const;
 
   /// Follows the (not unit-length) gradient to the zero level: fourth-order Runge–Kutta, straight for the last quarter
-  /// of a voxel. \return what is reached, with its unit normal; nothing if it is too far or the gradient vanishes
+  /// of a voxel. \return position and unit normal there; nothing if it is too far or the gradient vanishes
   std::optional<Corner> trace(const Eigen::Vector3f& start) const;
 
-  /// Distance from the level, to first order, above zero outside; zero where that is too far.
+  /// Signed distance from the level to first order, > 0 outside; 0 where the level is too far.
   float height(const Eigen::Vector3f& position) const;
 
 private:

@@ -32,7 +32,7 @@ void dropAlone(const std::vector<std::uint32_t>& alone, OrientedPoints& points, 
 CloudPieces::CloudPieces(OrientedPoints& points, NeighborSearch& search, const Options& options, Report& report,
                          Execution& execution)
 {
-  // Holes up to the limit are to be filled; boxes grow by the padding, and must not meet.
+  // A gap between pieces must exceed the holes to fill, and the boxes with their padding must not overlap.
   const auto voxels = static_cast<float>(8 * (resolvedPadding(options.multiscale) + 2));
   const float minGap = std::max(options.trimming.maxHole, voxels * options.multiscale.voxelSize);
   const Pieces found = findPieces(points.positions, minGap);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// The parts of a cloud that are solved on their own, each with its points, its search and its volume.
+/// The pieces of a cloud that are solved separately, each with its points, its search and its volume.
 #pragma once
 
 #include "levels/multiscale.h"
@@ -15,28 +15,29 @@
 
 namespace pcl::mrf {
 
-/// A cloud whose parts cannot see each other in parts, any other as a whole.
+/// Splits a cloud into pieces if its parts are too far apart to influence each other; else the cloud is one piece.
 class CloudPieces {
 public:
-  /// Drops points that are alone. \param points, search outlive this; the search holds the points
+  /// Drops points that are alone. \param points, search must outlive this; the search holds the points
   /// \param options with the voxel size
   CloudPieces(OrientedPoints& points, NeighborSearch& search, const Options& options, Report& report,
               Execution& execution);
   CloudPieces(const CloudPieces&) = delete;
   CloudPieces& operator=(const CloudPieces&) = delete;
 
-  /// By falling number of points.
+  /// All pieces, largest first by number of points.
   const std::vector<SolvedPiece>& all() const { return pieces_; }
 
-  /// What limits of holes follow: what lies far apart has no holes as wide as that. \return cloud's unit
+  /// The largest diagonal of a piece's bounding box, cloud's unit. Automatic limits of holes are derived from it,
+  /// because no hole is wider than a piece.
   float largestDiagonal() const;
 
-  /// Lets the fields cover more than the boxes of their points, where the padding is automatic.
+  /// Extends the volumes of the fields beyond the boxes of the points, if the padding is automatic.
   /// \param options with all lengths
   void growVolumes(const Options& options, Report& report, Execution& execution);
 
 private:
-  std::vector<OrientedPoints> points_; ///< of each piece, if there are several
+  std::vector<OrientedPoints> points_; ///< points of each piece; empty if there is only one piece
   std::vector<std::unique_ptr<NeighborSearch>> searches_;
   std::vector<SolvedPiece> pieces_;
 };

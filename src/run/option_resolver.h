@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// From what was asked for to the numbers that a run takes.
+/// Resolves automatic options to the numbers that a run takes.
 #pragma once
 
 #include "options/resolved_options.h"
@@ -11,37 +11,37 @@
 
 namespace pcl::mrf {
 
-/// Whether ℓ, and whether the voxel size, is left to hold-out cross-validation.
+/// True if hold-out cross-validation chooses ℓ, and the voxel size.
 bool choosesSmoothing(const Options& options);
 bool choosesResolution(const Options& options);
 
-/// Whether the points are asked for their noise, unless the options name a smoothing length for all of them.
+/// True if the noise is estimated from the points, unless the options give a smoothing length for all of them.
 bool mayAskForNoise(const Options& options);
 
-/// Replaces automatic values, step by step, as a run learns what they follow from. Given values stay as they are.
+/// Replaces automatic values step by step, as a run learns the numbers they follow from. Given values stay as they are.
 class OptionResolver {
 public:
   /// Resolves the lengths that follow from the sampling density. \param requested validated
   OptionResolver(const Options& requested, const SamplingDensity& density);
 
-  /// What is known so far: for the pilot runs, which choose the rest.
+  /// The options resolved so far, for the pilot runs that choose the rest.
   const Options& soFar() const { return options_; }
 
-  /// Resolves ℓ, the weight of the normals and the voxel size, as far as they are left to cross-validation; the report
-  /// tells how. \param points as they are observed
+  /// Resolves ℓ, the weight of the normals and the voxel size as far as cross-validation chooses them, and reports how.
+  /// \param points the points that are observed
   void chooseByData(const OrientedPoints& points, Report& report, Execution& execution);
 
-  /// Before that, where it is known: ℓ follows it, unless that is given. \param deviation σ of the median point
+  /// Sets a known noise before chooseByData: ℓ follows it, unless it is given. \param deviation σ of the median point
   void knowNoise(double deviation);
 
-  /// Instead of that, where neighbors share their errors, which left-out points cannot tell from shape: ℓ, voxels and
-  /// edges are those of the model.
+  /// Replaces chooseByData if neighbors share their errors, which held-out points cannot tell from shape: ℓ, voxels and
+  /// edges follow the noise model.
   void followNoise(const NoiseModel& noise);
 
   /// Resolves the limits of trimming. \param diagonal of the largest piece, cloud's unit
   void limitTrimming(float diagonal);
 
-  /// Once the volumes are chosen, which is what an automatic padding asks for.
+  /// All options resolved, also an automatic padding; soFar() keeps it 0, so that volumes grow at openings.
   ResolvedOptions resolved() const;
 
 private:

@@ -17,7 +17,7 @@
 namespace pcl::mrf::detail {
 namespace {
 
-/// Adds a float32 field to a layout that is being built.
+/// Adds a float32 field to the layout of a cloud.
 void addField(PCLPointCloud2& cloud, const char* name)
 {
   PCLPointField field;
@@ -29,7 +29,7 @@ void addField(PCLPointCloud2& cloud, const char* name)
   cloud.point_step += 4;
 }
 
-/// Nearest first, equals by index: an octree answers in the order of its cells.
+/// Sorts an answer by distance, equals by index: an octree answers in the order of its cells.
 void sort(Neighbors& answer)
 {
   const auto entry = [&](std::size_t n) { return std::make_pair(answer.squaredDistances[n], answer.indices[n]); };
@@ -118,7 +118,7 @@ void log(Report& report) noexcept
     report.message = withOptionNames(report.message, OptionNaming::setters);
     if (report.status != Status::ok)
       PCL_ERROR("[pcl::MRFReconstruction::reconstruct] %s: %s\n", toString(report.status), report.message.c_str());
-  } catch (...) { // PCL's console takes memory, of which there may be none left; the report has it all
+  } catch (...) { // PCL's console may lack memory; the report has all messages
   }
 }
 

@@ -13,14 +13,14 @@
 namespace pcl::mrf {
 namespace {
 
-/// Cells along the longest axis are less than this, at first.
+/// Maximum number of cells along the longest axis at first.
 constexpr double maxCells = 1 << 20;
 
-/// Groups of fewer points are no objects if they make up more than this share of the cloud.
+/// A group with fewer points is no object. Such groups may hold at most this share of the points if a cloud is split.
 constexpr std::int64_t minPointsOfObject = 12;
 constexpr double largestShareOfRest = .1;
 
-/// Gaps in diagonals of the largest group.
+/// Minimum width of the gaps, in diagonals of the largest group's box.
 constexpr double gapPerDiagonal = 4;
 
 struct Group {
@@ -40,7 +40,7 @@ struct Group {
   double diagonal() const { return box.sizes().cast<double>().norm(); }
 };
 
-/// The occupied cells of a grid, and what is in each.
+/// The occupied cells of a grid with their contents.
 struct Cells {
   CellHash hash;
   std::vector<Group> contents;
@@ -53,7 +53,7 @@ struct Cells {
     contents[number].add(content);
   }
 
-  /// In cells twice as wide.
+  /// The same in cells twice as wide.
   Cells merged() const
   {
     Cells result{hash.empty(), {}};
@@ -62,7 +62,7 @@ struct Cells {
     return result;
   }
 
-  /// Groups of cells that touch.
+  /// Partitions the cells into groups of cells that touch.
   Partition groups() const
   {
     DisjointSets sets(contents.size());
@@ -75,7 +75,7 @@ struct Cells {
   }
 };
 
-/// True if the groups are pieces: gaps of this width are wide beside them, and most points are in objects.
+/// True if the groups are pieces: gaps of this width are wide compared with the groups, and most points are in objects.
 bool arePieces(const std::vector<Group>& groups, double gap, double minGap)
 {
   double diagonal = 0;
@@ -89,7 +89,7 @@ bool arePieces(const std::vector<Group>& groups, double gap, double minGap)
          static_cast<double>(rest) <= largestShareOfRest * static_cast<double>(all);
 }
 
-/// \param halvings from cells of the positions to those of the groups
+/// Collects the points of each group. \param halvings log2 of the ratio of the groups' cells to the positions' cells
 Pieces collect(const std::vector<Eigen::Vector3f>& positions, const Cells& cells, std::int64_t halvings,
                const Partition& groups)
 {

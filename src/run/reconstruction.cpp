@@ -38,13 +38,13 @@
 namespace pcl::mrf {
 namespace {
 
-/// The stages of reconstruct() in their order, with rough times: on two threads of an ordinary processor, of scans
-/// whose surface has as many holes as most have. What they are wrong by, the progress corrects as it goes.
+/// The stages of reconstruct() in order, with roughly expected seconds on two threads of an ordinary processor, for
+/// scans with a usual number of holes. Execution corrects the estimates while the run advances.
 std::vector<ExpectedStage> expectedStages(std::size_t points, const Options& options)
 {
   const double millions = 1e-6 * static_cast<double>(points);
   const bool estimatesNormals = options.normals.source != NormalSource::use;
-  // Iterations that pass on one voxel's width each take that much longer than multigrid.
+  // Other solvers carry information one voxel per iteration, and take about 20 times as long as multigrid.
   const double solving = options.solver.method == SolverMethod::multigrid ? 1 : 20;
   return {{"gathering", .1 * millions},
           {"outliers", .6 * millions},
@@ -64,8 +64,8 @@ std::vector<ExpectedStage> expectedStages(std::size_t points, const Options& opt
           {"attributes", .2 * millions}};
 }
 
-/// A lattice whose voxels hold the whole cloud observes one place: the system has no unique solution. A cloud that is
-/// smoothed as a whole has no zero level.
+/// Refuses lengths above the cloud's diagonal. A voxel that holds the whole cloud leaves the system without a unique
+/// solution; a smoothing length above the diagonal leaves the field without a zero level.
 void requireLengthsWithinCloud(const Options& options, double diagonal)
 {
   for (const auto& [name, length] : {std::pair("multiscale.voxelSize", options.multiscale.voxelSize),
@@ -77,14 +77,15 @@ void requireLengthsWithinCloud(const Options& options, double diagonal)
     }
 }
 
-/// Drops the points that a robust field cannot agree with.
+/// Drops the points that disagree with a robust field.
 void rejectByField(OrientedPoints& points, NeighborSearch& search, const Options& options, Report& report,
                    Execution& execution)
 {
   if (!options.outliers.robust)
     return;
   const StageTimer timer("robust field", report, execution);
-  // At twice the voxel size a surface has a quarter of the voxels: what takes more belongs to a run that will not fit.
+  // At twice the voxel size the robust field's surface has a quarter of the voxels: if it needs more than a quarter of
+  // the memory limit, the whole run will exceed the limit.
   const auto limit = static_cast<std::size_t>(memoryLimit(options.multiscale.maxMemory) / 4);
   std::vector<std::uint8_t> keep;
   try {
@@ -106,11 +107,11 @@ void rejectByField(OrientedPoints& points, NeighborSearch& search, const Options
 Support supportOf(const OrientedPoints& points, const NeighborSearch& search, float reach, float spacing,
                   const Options& options)
 {
-  return {points, search, reach, options.unit == LengthUnit::density ? spacing : 0}; // the paper has one for all points
+  return {points, search, reach, options.unit == LengthUnit::density ? spacing : 0}; // the paper has one reach for all
 }
 
-/// What trimming may keep of a coarser level's zero level. Its limits are wider here, and what turns away from the
-/// surface around it is not told apart: the finest level's mesh decides that.
+/// The part of a coarser level's zero level that trimming may keep. The limits are wider here, gaps up to them are
+/// filled whatever their view, and small components stay: only the finest level's mesh decides about those.
 TriangleMesh trimmedGenerously(TriangleMesh mesh, const Support& support, float diagonal,
                                const ResolvedOptions& options, Execution& execution)
 {
@@ -138,8 +139,8 @@ NoiseReport describe(const NoiseModel& model)
   return report;
 }
 
-/// What the points' noise is like, as it is known or as they show it; and what follows from it or, where they show
-/// little, from points left out.
+/// Estimates the points' noise, or takes it as known, and resolves the options that follow from it. Options that do not
+/// follow from the noise are chosen by held-out points.
 void chooseByData(OrientedPoints& points, NeighborSearch& search, OptionResolver& resolver, Report& report,
                   Execution& execution)
 {
@@ -169,7 +170,7 @@ void chooseByData(OrientedPoints& points, NeighborSearch& search, OptionResolver
   resolver.chooseByData(points, report, execution);
 }
 
-/// Does what asks nothing of the search of the points; where memory is short it rests meanwhile.
+/// Runs work that does not use the search of the points. If memory is short, the search frees its own meanwhile.
 template <typename Work>
 void withoutSearch(bool isShort, NeighborSearch& search, const OrientedPoints& points, Execution& execution,
                    const Work& work)
@@ -177,13 +178,13 @@ void withoutSearch(bool isShort, NeighborSearch& search, const OrientedPoints& p
   if (!isShort)
     return work();
   search.rest();
-  releaseFreedMemory(); // which is in pieces too small for much of what comes, here and for the search
+  releaseFreedMemory(); // the freed blocks are too small for most allocations of the work and the search
   work();
   releaseFreedMemory();
   search.wake(points.positions, execution);
 }
 
-/// The fields of all pieces; the report gets their levels. \param search of all points
+/// Solves all pieces and puts their levels into the report. \param search of all points
 DistanceField solveLevels(const CloudPieces& pieces, const OrientedPoints& points, NeighborSearch& search,
                           const ResolvedOptions& options, Report& report, Execution& execution)
 {
@@ -211,7 +212,7 @@ DistanceField solveLevels(const CloudPieces& pieces, const OrientedPoints& point
   return DistanceField::ofPieces(std::move(fields));
 }
 
-/// Cuts the zero level out of the field. \throw InvalidInput if it has none
+/// Extracts the zero level of the field as a mesh. \throw InvalidInput if the field has none
 void cutZeroLevel(Reconstruction& result, const ResolvedOptions& options, Execution& execution)
 {
   const StageTimer timer("polygonizer", result.report, execution);
@@ -223,7 +224,7 @@ void cutZeroLevel(Reconstruction& result, const ResolvedOptions& options, Execut
                             : ", or prior.beta = " + decimalText(options.prior.beta) + " is too small"));
 }
 
-/// \param moved whether the confidences are those of other places
+/// \param moved whether the vertices moved since the confidences were set
 void setVertexFields(Reconstruction& result, bool moved, const Support& support, const ResolvedOptions& options,
                      Execution& execution)
 {
@@ -232,7 +233,7 @@ void setVertexFields(Reconstruction& result, bool moved, const Support& support,
     setConfidences(result.mesh, support, options.observation.confidenceShape, execution);
 }
 
-/// Closes what trimming left, if it is open. \param statistics of it, and then of the closed mesh
+/// Closes the trimmed mesh if it is open. \param statistics of the trimmed mesh, if known; then of the closed mesh
 void closeMesh(Reconstruction& result, const Support& support, const ResolvedOptions& options,
                std::optional<MeshStatistics>& statistics, Execution& execution)
 {
@@ -248,9 +249,9 @@ void closeMesh(Reconstruction& result, const Support& support, const ResolvedOpt
   result.report.trimming.cappedShare = std::max(0., 1 - area / statistics->area);
 }
 
-/// Sets the confidences of the vertices, drops what no data support, closes the rest if that is asked for, and measures
-/// what is left; sets the normals unless it is to be remeshed.
-/// \param diagonal that the limits of holes follow \throw InvalidInput if nothing is left
+/// Sets the confidences of the vertices, drops surface without support, closes the rest if the options ask for it, and
+/// measures the mesh; sets the normals unless the mesh is remeshed.
+/// \param diagonal for the automatic limits of holes, cloud's unit \throw InvalidInput if nothing is left
 void trimMesh(Reconstruction& result, const Support& support, float diagonal, const ResolvedOptions& options,
               Execution& execution)
 {
@@ -281,12 +282,12 @@ void trimMesh(Reconstruction& result, const Support& support, float diagonal, co
   report.meshBeforeRemeshing = report.mesh;
 }
 
-/// Triangles of parts that take no more than the limit, if the mesh as a whole would take more (measured, see
-/// src/method.md), or of such as suit tasks; 0: it stays whole.
+/// The remesher's triangles per part, measured as src/method.md says: parts fit the memory limit if the whole mesh does
+/// not, or are of the size of tasks; 0: the mesh stays whole.
 std::int64_t partsWithin(double limit, const TriangleMesh& mesh, bool areTasks)
 {
   constexpr double bytesPerVertex = 420, bytesPerVertexInParts = 120, bytesPerTriangleOfPart = 200;
-  constexpr double least = 50000; // with less most of a part is its seams
+  constexpr double least = 50000; // smaller parts would consist mostly of their seams
   const auto vertices = static_cast<double>(mesh.vertices.size());
   std::int64_t triangles = 0;
   if (bytesPerVertex * vertices > limit)
@@ -298,7 +299,8 @@ std::int64_t partsWithin(double limit, const TriangleMesh& mesh, bool areTasks)
   return triangles;
 }
 
-/// 1/σ of the nearest point, relative, if that varies. \pre the arguments outlive the result
+/// The weight of a position: 1/σ of its nearest point over that of the median point; empty if σ does not vary.
+/// \pre the arguments outlive the result
 DistanceWeight weightByNoise(const OrientedPoints& points, const NeighborSearch& search)
 {
   const auto [least, most] = std::minmax_element(points.deviations.begin(), points.deviations.end());
@@ -312,7 +314,7 @@ DistanceWeight weightByNoise(const OrientedPoints& points, const NeighborSearch&
   };
 }
 
-/// Remeshes if it was asked for, and counts triangles that intersect others.
+/// Remeshes if the options ask for it, and counts triangles that intersect others.
 void remeshMesh(Reconstruction& result, const Support& support, NeighborSearch& search, const ResolvedOptions& options,
                 Execution& execution)
 {
@@ -322,7 +324,7 @@ void remeshMesh(Reconstruction& result, const Support& support, NeighborSearch& 
     const EdgeSizing sizing = edgeSizing(result.mesh, support, execution);
     const std::int64_t partSize =
         partsWithin(memoryLimit(options.multiscale.maxMemory), result.mesh, execution.tasks() != nullptr);
-    result.mesh.confidences = std::vector<float>(); // those of the new vertices follow
+    result.mesh.confidences = std::vector<float>(); // those of the new vertices are set later
     RemeshResult remeshed;
     withoutSearch(partSize > 0, search, result.points, execution, [&] {
       const DistanceWeight weightAt = partSize > 0 ? DistanceWeight() : weightByNoise(result.points, search);
@@ -342,13 +344,13 @@ void remeshMesh(Reconstruction& result, const Support& support, NeighborSearch& 
   }
 }
 
-/// Of the attributes that the options ask for.
+/// The number of channels of the attributes that the options ask for.
 std::size_t channelsOf(const PointAttributes& attributes, const Options& options)
 {
   return options.colors == ColorMode::input ? (attributes.colors ? 3 : 0) + (attributes.intensities ? 1 : 0) : 0;
 }
 
-/// Attributes of the cloud at the vertices, if the options ask for them.
+/// Adds the cloud's attributes at the vertices, if the options ask for them.
 void addAttributes(const PointAttributes& attributes, const NeighborSearch& search, const ResolvedOptions& options,
                    Execution& execution, Reconstruction& result)
 {
@@ -370,7 +372,7 @@ void addAttributes(const PointAttributes& attributes, const NeighborSearch& sear
   }
 }
 
-/// Drops what may be farther off than the limit.
+/// Drops surface whose 95 % half-width exceeds maxError.
 void dropBeyondError(Reconstruction& result, float maxError, Execution& execution)
 {
   Report& report = result.report;
@@ -396,7 +398,7 @@ void dropBeyondError(Reconstruction& result, float maxError, Execution& executio
   describeSigmas(result.mesh, uncertainty);
 }
 
-/// Sets sigma at the vertices, if it was asked for, and drops and draws what needs it.
+/// Sets sigma at the vertices if the options ask for it, drops surface beyond maxError and draws plausible surfaces.
 void addUncertainty(Reconstruction& result, const CloudPieces& pieces, const ResolvedOptions& options,
                     Execution& execution)
 {
@@ -413,7 +415,7 @@ void addUncertainty(Reconstruction& result, const CloudPieces& pieces, const Res
       samplePlausibleSurfaces(draws, report.offset, sampled, options.uncertainty.surfaces, report.shape, execution);
 }
 
-/// ℓ, or what β implies; 0 if there is none.
+/// ℓ, or the length that β implies, cloud's unit; 0 if β is 0.
 double smoothingLengthOf(const ResolvedOptions& options)
 {
   if (options.observation.atPoints())
@@ -421,7 +423,7 @@ double smoothingLengthOf(const ResolvedOptions& options)
   return options.prior.beta > 0 ? smoothingLength(options.prior, options.multiscale.voxelSize) : 0;
 }
 
-/// From the field to the mesh with all it carries. \param keepsPoints or drops what is not needed any more
+/// Makes the field, and the mesh with all its arrays. \param keepsPoints if false, frees data that are not needed later
 void makeSurface(const CloudPieces& pieces, const PointAttributes& attributes, bool keepsPoints, NeighborSearch& search,
                  const ResolvedOptions& options, Execution& execution, Reconstruction& result)
 {
@@ -517,7 +519,7 @@ std::vector<Rgb> vertexColors(const Reconstruction& result)
 
 void setFailure(const std::exception_ptr& error, Report& report) noexcept
 {
-  // Telling what happened takes memory, of which there may be none left.
+  // A message takes memory, which may be short.
   try {
     try {
       std::rethrow_exception(error);

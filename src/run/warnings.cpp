@@ -15,7 +15,7 @@ namespace pcl::mrf {
 
 namespace {
 
-/// \param digits of numbers
+/// \param digits significant digits of the numbers
 template <typename... Parts>
 void warn(Report& report, int digits, const Parts&... parts)
 {
@@ -29,7 +29,7 @@ void warn(Report& report, int digits, const Parts&... parts)
 
 void warnOfNoSurface(const PointSet& points, double growth, Report& report)
 {
-  // Scans, frames and maps have medians of 1.87 to 2.23, a thin blade 2.47; what fills a volume 2.7 and more.
+  // Growth exponents: scans, frames and maps have medians of 1.87 to 2.23, a thin blade 2.47, volumes 2.7 and more.
   constexpr double ofVolumes = 2.6, ofCurves = 1.35, flat = 1e-5;
   const BoundingBox box = boundingBox(points.positions);
   const Eigen::Vector3d extent = (box.upper - box.lower).cast<double>();
@@ -115,7 +115,7 @@ void warnOfCoarseInput(double resolution, double voxelSize, Report& report)
 
 void warnOfUnsolvedLevels(Report& report)
 {
-  // What a band leaves to do near the points, the next one does.
+  // A refined band need not converge: the next band completes it near the points.
   const auto unsolved = std::find_if(report.levels.begin(), report.levels.end(), [&](const LevelReport& level) {
     const bool isRefined = level.unknowns < level.size.count() && &level != &report.levels.back();
     return level.observed > 0 && !level.solve.converged && !isRefined;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// What a run has to say about a cloud or its options without failing.
+/// Warnings about a cloud or its options that do not make a run fail.
 #pragma once
 
 #include <pcl/surface/mrf/options.h>
@@ -10,29 +10,29 @@
 
 namespace pcl::mrf {
 
-/// Says so if the points fill a volume, lie on lines or in one plane. \param growth see growthOfNeighbors
+/// Warns if the points fill a volume, or lie on lines or in one plane. \param growth see growthOfNeighbors
 void warnOfNoSurface(const PointSet& points, double growth, Report& report);
 
-/// Names the rules that dropped more points than an everyday scan has outliers.
+/// Names each rule that dropped more than 2 % of the points.
 void warnOfDroppedPoints(Report& report);
 
-/// Names the options that were changed although what observes the field has no use for them.
+/// Names the options that were changed from their defaults but have no effect on this kind of observation.
 void warnOfUnusedOptions(const Options& options, Report& report);
 
-/// Says so if confidences are above 1: they count as 1.
+/// Warns if confidences are above 1, which count as 1.
 void warnOfConfidences(const std::vector<float>& confidences, Report& report);
 
-/// \param resolution steps of the coordinates as they came, cloud's unit
+/// Warns if the coordinates are rounded too coarsely for the voxels. \param resolution rounding step, cloud's unit
 void warnOfCoarseInput(double resolution, double voxelSize, Report& report);
 
-/// Names the coarsest level that has stopped short of its solution: the finer ones build on it. Not a band that
-/// another follows, which does near the points what this one has left.
+/// Names the coarsest level that stopped before it converged, because finer levels build on it. A band that is followed
+/// by another band does not count: the next one completes it near the points.
 void warnOfUnsolvedLevels(Report& report);
 
-/// Says if the mesh has not as many triangles as were asked for.
+/// Warns if the number of triangles differs from the requested one by more than 2 %.
 void warnOfTriangles(Report& report);
 
-/// Says how much of the surface went because it may be too far off. \pre the mesh's statistics are those of before
+/// Warns how much of the surface maxError dropped. \pre report.mesh still describes the mesh before
 void warnOfUncertainSurface(Report& report);
 
 } // namespace pcl::mrf

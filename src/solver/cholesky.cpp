@@ -18,7 +18,7 @@ namespace {
 
 constexpr double flopsPerSecond = 2.5e10;
 
-/// The module's function.
+/// The module's function; the first call loads the module.
 CholeskySolve* moduleFunction()
 {
   static CholeskySolve* const loaded = [] {
@@ -36,7 +36,7 @@ CholeskySolve* moduleFunction()
 
 double choleskyBytes(const GridSize& size, Prior prior, bool pointwise)
 {
-  // Beside the factor: its largest update, a seventh of it at most; the matrix's triangle, twice; some vectors.
+  // Besides the factor: its largest update, at most a seventh of it; the matrix's triangle, twice; some vectors.
   constexpr double update = 1.15, bytesPerEntry = 2 * (sizeof(double) + sizeof(std::int64_t)), bytesPerVoxel = 150;
   return update * factorCost(size, {order(prior), pointwise}).bytes +
          (bytesPerEntry * .5 * entriesPerVoxel(prior, pointwise) + bytesPerVoxel) * static_cast<double>(size.count());
@@ -55,7 +55,7 @@ void requireCholesky()
 SolveReport solveCholesky(const LinearSystem& system, std::vector<double>& d, Execution& execution)
 {
   CholeskySolve* const solve = moduleFunction();
-  // By rows the upper triangle of a symmetric matrix is what the lower one is by columns.
+  // The upper triangle of a symmetric matrix stored by rows has the same arrays as the lower one stored by columns.
   const Eigen::SparseMatrix<double, Eigen::RowMajor, std::int64_t> triangle =
       system.matrix.triangularView<Eigen::Upper>();
   execution.poll();

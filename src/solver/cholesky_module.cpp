@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// libpcl_mrf_cholesky: supernodal factorization by CHOLMOD (Chen, Davis, Hager, Rajamanickam 2008). As a program it is
-// under the GPL, as Debian's CHOLMOD is.
+// libpcl_mrf_cholesky: supernodal factorization by CHOLMOD (Chen, Davis, Hager, Rajamanickam 2008). The compiled module
+// is under the GPL, as Debian's CHOLMOD is.
 #include "solver/cholesky_module.h"
 
 #include <suitesparse/cholmod.h>
@@ -8,7 +8,7 @@
 #include <algorithm>
 
 extern "C" {
-// Of OpenBLAS, if that is the system's BLAS.
+// Functions of OpenBLAS; null if the system's BLAS is another one.
 __attribute__((weak)) void openblas_set_num_threads(int threads);
 __attribute__((weak)) int openblas_get_num_threads(void);
 __attribute__((visibility("default"))) pcl::mrf::CholeskySolve pcl_mrf_cholesky_1;
@@ -18,7 +18,7 @@ namespace {
 
 using namespace pcl::mrf;
 
-/// One thread for the BLAS while it lives: with several the last digits depend on how many there are.
+/// Makes the BLAS use one thread while the object exists: with several, the last digits depend on their number.
 class OneThread {
 public:
   OneThread()
@@ -59,7 +59,7 @@ public:
 
   CholeskyOutcome solve(const CholeskyProblem& problem, CholeskyResult& result)
   {
-    // CHOLMOD's functions take what they only read as not const.
+    // CHOLMOD's functions take pointers to non-const data even where they only read.
     cholmod_sparse matrix{};
     matrix.nrow = matrix.ncol = static_cast<std::size_t>(problem.unknowns);
     matrix.nzmax = static_cast<std::size_t>(problem.columns[problem.unknowns]);

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// What the library asks of libpcl_mrf_cholesky, the module that stands between it and CHOLMOD.
+/// The interface of libpcl_mrf_cholesky, the module between the library and CHOLMOD.
 ///
-/// Debian's CHOLMOD is under the GPL. The library loads the module while it runs and links to nothing of it, so that
-/// programs without it are bound by nothing. Only types of C cross the border.
+/// Debian's CHOLMOD is under the GPL. The library loads the module at run time and does not link to it, so that the GPL
+/// does not bind programs without it. The interface has only types of C.
 #pragma once
 
 #include <cstdint>
@@ -12,34 +12,34 @@ namespace pcl::mrf {
 /// A x = b, A symmetric positive definite.
 struct CholeskyProblem {
   std::int64_t unknowns;
-  const std::int64_t* columns; ///< of A's lower triangle: where each begins, and the end
-  const std::int64_t* rows;    ///< of its entries, ascending in each column
+  const std::int64_t* columns; ///< index of the first entry of each column of A's lower triangle, and the end
+  const std::int64_t* rows;    ///< row of each entry, ascending in each column
   const double* values;
   const std::int64_t* order; ///< the unknowns in the order of their elimination
   const double* rightHandSide;
   double* solution;
   double maxBytes; ///< that the factorization may take
-  double maxFlops; ///< likewise; it cannot be left once it has begun
+  double maxFlops; ///< likewise; it cannot be cancelled once it has begun
 };
 
 enum class CholeskyOutcome : std::int32_t {
   solved,
   tooLarge,            ///< more than maxBytes
   tooLong,             ///< more than maxFlops
-  notPositiveDefinite, ///< or values that are not finite
+  notPositiveDefinite, ///< or with values that are not finite
   outOfMemory,
-  failed ///< CHOLMOD refuses
+  failed ///< CHOLMOD refuses the matrix
 };
 
 struct CholeskyResult {
   CholeskyOutcome outcome;
-  double bytes; ///< of the factor, and of what makes it; known after the analysis
-  double flops; ///< of the factorization
+  double bytes; ///< that the factorization takes, the factor included; known after the analysis
+  double flops; ///< of the factorization; likewise
 };
 
 using CholeskySolve = void(const CholeskyProblem* problem, CholeskyResult* result);
 
-/// The module's only name, a CholeskySolve; it changes with what is above.
+/// The name of the module's only function, a CholeskySolve. Change it whenever the types above change.
 constexpr const char* choleskySymbol = "pcl_mrf_cholesky_1";
 
 } // namespace pcl::mrf

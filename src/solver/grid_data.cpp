@@ -11,12 +11,12 @@
 namespace pcl::mrf {
 namespace {
 
-/// One lane per edge of the cell along x: (y, z) = (0, 0), (1, 0), (0, 1), (1, 1).
+/// One lane for each of a cell's four edges along x: (y, z) = (0, 0), (1, 0), (0, 1), (1, 1).
 using Lanes = float __attribute__((vector_size(16)));
 
 constexpr Lanes signY = {-1, 1, -1, 1}, signZ = {-1, -1, 1, 1};
 
-/// Trilinear weights of the four edges, and what they become when differentiated along y and z.
+/// Trilinear weights of the four edges, and the derivatives of the weights along y and z.
 struct EdgeWeights {
   Lanes value, alongY, alongZ;
 
@@ -29,13 +29,13 @@ struct EdgeWeights {
   }
 };
 
-/// The 8 voxels of a cell: those at the lower and at the upper end of each edge along x.
+/// Values at the 8 voxels of a cell: at the lower and at the upper ends of its edges along x.
 struct CellValues {
   Lanes lower, upper;
 };
 
-/// Two edges of a cell, each of two voxels that are neighbors along x, as if they were doubles: an edge is then loaded
-/// and stored at once.
+/// Two edges of a cell as two doubles. The values at the two ends of an edge are neighbors in memory, so that they are
+/// loaded and stored as one double.
 using Edges = double __attribute__((vector_size(16)));
 
 MRF_ALWAYS_INLINE Lanes loadEdges(const float* first, const float* second)
@@ -78,7 +78,7 @@ MRF_ALWAYS_INLINE void scatter(const CellValues& values, std::int64_t at, std::i
   addToEdges(Lanes{a[2], b[2], a[3], b[3]}, above + at, above + at + stride);
 }
 
-/// The sums over the lanes of each.
+/// The sum over the lanes of each of the four.
 MRF_ALWAYS_INLINE Lanes sumsOf(const Lanes& a, const Lanes& b, const Lanes& c, const Lanes& d)
 {
   const Lanes ab = evenLanes(a, b) + oddLanes(a, b), cd = evenLanes(c, d) + oddLanes(c, d);
@@ -93,14 +93,14 @@ MRF_ALWAYS_INLINE CellValues spread(const EdgeWeights& edges, float u, float val
   return {middle - upper, upper};
 }
 
-/// The samples of one layer of cells, ordered by cells, and where in the windows they are.
+/// The samples of one layer of cells, ordered by cells, and their place in the windows.
 struct SampleLayer {
   const PointSample *begin, *end;
-  float lower;         ///< of the cells, along z
-  std::int64_t stride; ///< of the windows
+  float lower;         ///< z of the layer's lower plane, voxels
+  std::int64_t stride; ///< of the windows' rows
   std::int64_t origin; ///< window index of the lattice's first voxel
 
-  /// Calls body(sample, weights of its cell's edges, share of their upper ends, window index of the lowest voxel).
+  /// Calls body(sample, weights of its cell's edges, share of the edges' upper ends, window index of the lowest voxel).
   template <typename Body>
   MRF_ALWAYS_INLINE void forEach(const Body& body) const
   {
@@ -155,7 +155,7 @@ public:
   {
     const SampleLayer layer = layerAt(z);
     layer.forEach([&](const PointSample& s, const EdgeWeights& edges, float u, std::int64_t at) {
-      // The shares of a value sum to 1, the absolute ones of a derivative to 2.
+      // The voxels' weights for the value sum to 1, their absolute weights for each derivative to 2.
       const float value = value_ * s.weight, gradient = 2 * gradient_ * s.weight;
       const Lanes across = edges.alongY * signY + edges.alongZ * signZ;
       const Lanes both = value * edges.value + gradient * across, alongX = gradient * edges.value;
@@ -226,7 +226,7 @@ private:
 using Corners = float __attribute__((vector_size(32)));
 using CornerEdges = double __attribute__((vector_size(32)));
 
-/// What all samples of a cell say of its voxels.
+/// The sum of the matrices of all samples of a cell.
 struct CellBlock {
   std::array<std::array<float, 8>, 8> columns{}; ///< of the 8 × 8 matrix, symmetric
   std::int64_t at = 0;                           ///< window index of the lowest voxel
@@ -262,7 +262,7 @@ MRF_MULTIVERSION(void, addBlockProducts,
   }
 }
 
-/// Cells that hold samples. \param samples by cells
+/// The number of cells that hold samples. \param samples ordered by cells
 std::size_t occupiedCells(const std::vector<PointSample>& samples)
 {
   std::size_t cells = 0;
@@ -276,7 +276,7 @@ std::size_t occupiedCells(const std::vector<PointSample>& samples)
   return cells;
 }
 
-/// The samples, one block for all of a cell: a product costs less than with two of them.
+/// The data of points with one matrix per cell: a product with it costs less than one with two samples.
 class CellData final : public PointData {
 public:
   CellData(const std::vector<PointSample>& samples, const VoxelSet& voxels, const PointWeights& weights, double unit)
@@ -395,7 +395,7 @@ VoxelSet observedVoxels(const std::vector<PointSample>& samples, const GridSize&
   return VoxelSet(
       grid,
       [&](int z, MaskPlane& mask) {
-        // The cells first, by their lowest voxels.
+        // First the lowest voxel of each cell.
         for (int layer = std::max(z - 1, 0); layer <= z; ++layer)
           for (std::size_t s = layerBegin[layer]; s < layerBegin[static_cast<std::size_t>(layer) + 1]; ++s)
             mask.set(floorOf(samples[s].position.x()) + gridMargin, floorOf(samples[s].position.y()) + gridMargin);

@@ -13,8 +13,8 @@
 namespace pcl::mrf {
 namespace {
 
-/// What the windows of one sweep may take of the last-level cache, counting the voxels in runs of a mean plane: that a
-/// few planes along flat parts of the surface do not fit costs less than another sweep over all.
+/// Max bytes of the last-level cache for the windows of one sweep, counting the voxels of a mean plane. A few planes,
+/// along flat parts of the surface, may not fit: that costs less than another sweep over all.
 constexpr double windowBytes = 12 << 20;
 
 /// Planes per piece of the passes without stencils.
@@ -36,7 +36,7 @@ int stepsPerSweep(const GridSize& size, double unknowns, int order, int slabs)
   return std::max(1, std::min(inCache, inSlab));
 }
 
-/// The degrees of whole levels, whose planes are alike: of a single plane, the last, the first, and any other.
+/// The degrees of a whole level, whose planes are alike: four planes, for a single plane, the last, the first, others.
 PackedValues degreesOfWhole(const VoxelSet& voxels, Execution& execution)
 {
   const GridSize size{voxels.size().x, voxels.size().y, 1};
@@ -50,7 +50,7 @@ PackedValues degreesOfWhole(const VoxelSet& voxels, Execution& execution)
   return result;
 }
 
-/// Packed values of what layer(z, window of z, window of z + 1) adds up to over a grid.
+/// Calls layer(z, window of z, window of z + 1), which adds to the windows, for all layers. \param result sums, packed
 template <typename Layer>
 void sumLayers(const VoxelSet& voxels, const Layer& layer, PackedValues& result, Execution& execution)
 {
@@ -76,7 +76,7 @@ void WindowRing::reset(const VoxelSet& voxels, int planes)
   planes_ = planes;
   const std::size_t needed = voxels.windowCount() * static_cast<std::size_t>(planes);
   if (values_.size() < needed) {
-    values_ = {}; // not both at once
+    values_ = {}; // the old ones are freed first
     values_ = ZeroedFloats(needed);
   }
   held_.assign(planes, noPlane);
@@ -126,7 +126,7 @@ GridOperator::GridOperator(const SolverGrid& grid, const PriorConstants& prior, 
   forEach(execution, inverseD_.size(), grainValues,
           [&](std::size_t i) { inverseD_[i] = 1 / (largest + inverseD_[i]); });
   unobserved_ = 1 / largest * .9999f;
-  // The membrane's correction in a band is held at zero around it.
+  // The membrane's correction in a band needs no degrees: it is held at zero around the band.
   if (prior.order > 1 || grid.isWhole)
     degrees_ = grid.isWhole ? degreesOfWhole(grid.voxels, execution) : degrees(grid.voxels, execution);
 }
@@ -219,7 +219,7 @@ double GridOperator::sweepBytes(const GridSize& size, double unknowns, int order
   return sizeof(float) * (planes * threads * window + (sweeps > 1 ? 3 * unknowns : 0));
 }
 
-/// One per thread, but none thinner than the planes around it that a step with a product behind it needs.
+/// One slab per thread, but none thinner than the planes around it that a step and the product after it read.
 int GridOperator::slabsFor(std::size_t threads) const
 {
   if (voxels().count() < serialVoxels)
@@ -227,7 +227,7 @@ int GridOperator::slabsFor(std::size_t threads) const
   return std::max(1, std::min(static_cast<int>(threads), voxels().size().z / (2 * prior_.order)));
 }
 
-/// What a sweep does with the planes of one slab.
+/// A sweep over the planes of one slab, called by Wavefront::run.
 class GridOperator::SlabPass {
 public:
   SlabPass(const GridOperator& system, const Sweep& sweep, const VoxelSet& support, int begin, int end,
@@ -349,11 +349,11 @@ public:
 private:
   static float gain(int i) { return static_cast<float>(8 * i - 4) / static_cast<float>(2 * i + 1); }
 
-  /// True if a step adds what the prior says to its product while it takes it, which is one pass less. The membrane's
-  /// steps trail their products by a plane, and some of the planes beside are steps ahead by then.
+  /// True if a step's update adds the last Laplacian to its product, which saves a pass. The membrane's updates are a
+  /// plane behind their products: some of the planes that the Laplacian reads are steps ahead by then.
   bool isAddedByStep(int step) const { return order_ > 1 && step <= steps_; }
 
-  /// L x, that a correction in a band is a membrane for; none elsewhere.
+  /// L x of a correction in a band, which is added with the weight `tension_`; else null.
   const float* tenseOf(int step, int z)
   {
     return system_.tension_ > 0 && &support_ == &unknowns_ ? powerOf(step, 1)[z] : nullptr;
@@ -364,7 +364,7 @@ private:
     return {support_.windowStride(), ring[z - 1], ring[z], ring[z + 1]};
   }
 
-  /// Neighbors of the voxels in their graph; none where the iterate is known all around.
+  /// Numbers of neighbors of the voxels in their graph; null where the iterate is known all around.
   const float* degreesOf(int z) const
   {
     if (&support_ != &unknowns_ || system_.degrees_.empty())
@@ -388,7 +388,7 @@ private:
 
   WindowRing& productOf(int step) { return scratch_.products[step - 1]; }
 
-  /// What the sweep leaves of a plane.
+  /// Stores the iterate and the direction of a plane of the slab if the sweep asks for them.
   void keep(int z)
   {
     if (z < begin_ || z >= end_)
@@ -410,7 +410,7 @@ private:
 void GridOperator::run(const Sweep& sweep, const VoxelSet& support, std::vector<SweepScratch>& scratch,
                        Execution& execution) const
 {
-  // Slabs of about as many voxels each.
+  // Slabs with about the same number of voxels each.
   const std::int64_t slabs = slabsFor(scratch.size());
   std::vector<int> bounds{0};
   for (std::int64_t slab = 1; slab < slabs; ++slab) {

@@ -15,7 +15,7 @@
 
 namespace pcl::mrf {
 
-/// Voxels below which the overhead of waking threads exceeds what they gain.
+/// Number of voxels below which waking threads takes longer than they save.
 constexpr std::int64_t serialVoxels = 100000;
 
 /// One grid of a hierarchy: its unknowns, and what is observed there.
@@ -23,21 +23,21 @@ struct SolverGrid {
   VoxelSet voxels;
   std::unique_ptr<GridData> data;
   Refinement refinement; ///< of the next coarser grid into this one
-  /// The field itself ends where the grid does. In a narrow band only its correction does.
+  /// True if the field itself ends where the grid does. In a narrow band only the correction of the field does.
   bool isWhole = false;
 };
 
-/// Windows of consecutive planes; what is not in a run of the plane that a slot holds is zero.
+/// A ring of windows for consecutive planes. In each window all voxels outside the runs of its plane are zero.
 class WindowRing {
 public:
   void reset(const VoxelSet& voxels, int planes);
 
   float* operator[](int z) { return values_.data() + slot(z) * voxels_->windowCount(); }
 
-  /// The window for a plane that is new to the ring, zero.
+  /// A window for a plane that is new to the ring; it is zero.
   float* enter(int z);
 
-  /// The same for a plane whose runs are all going to be set: not zero there.
+  /// The same where the caller is going to set all runs of the plane: there the window need not be zero.
   float* enterToOverwrite(int z);
 
   void clear();
@@ -51,7 +51,7 @@ private:
   std::vector<int> held_;
 };
 
-/// What a thread keeps from sweep to sweep.
+/// The memory that a thread keeps from sweep to sweep.
 struct SweepScratch {
   WindowRing iterate;
   std::vector<std::vector<WindowRing>> powers; ///< per product: L x, L² x …
@@ -60,37 +60,37 @@ struct SweepScratch {
   TransferScratch transfer;
 };
 
-/// One sweep over a grid: steps [first, last] of the Chebyshev polynomial, all in one wavefront, and a product with the
-/// system behind them.
+/// One sweep over a grid, in one wavefront: steps [first, last] of the Chebyshev polynomial, then a product if it is
+/// set.
 struct Sweep {
   enum class Source { zero, packed, corrected };
   Source source = Source::packed;
   int first = 1, last = 0;
-  const float* b = nullptr;               ///< with steps, or for a residual
+  const float* b = nullptr;               ///< needed for steps and for a residual
   const float* x = nullptr;               ///< iterate at the start
-  const float* coarse = nullptr;          ///< its correction, with Source::corrected
-  const VoxelSet* coarseVoxels = nullptr; ///< of the correction
-  const float* directionIn = nullptr;     ///< of step first − 1
-  float* out = nullptr;
-  float* directionOut = nullptr;
-  float* product = nullptr;  ///< b − A x, or A x without b
-  bool isForCoarser = false; ///< the product goes to restrictTo
+  const float* coarse = nullptr;          ///< correction of x on the coarser grid, with Source::corrected
+  const VoxelSet* coarseVoxels = nullptr; ///< voxels of the correction
+  const float* directionIn = nullptr;     ///< direction of step first − 1
+  float* out = nullptr;                   ///< iterate at the end
+  float* directionOut = nullptr;          ///< direction of step last
+  float* product = nullptr;               ///< set to b − A x, or to A x if b is null
+  bool isForCoarser = false;              ///< true if the product goes to restrictTo
 };
 
-/// Sums up a draw from N(0, C) of a grid's data, packed.
+/// Sets `result`, packed, to a draw from N(0, C), C that of a grid's data.
 void drawOfData(const SolverGrid& grid, const NormalDraws& draws, PackedValues& result, Execution& execution);
 
-/// A = P + C on a grid, P = L^k of the grid's own graph: missing neighbors are dropped.
+/// A = P + C on a grid, P = L^k with the Laplacian L of the grid's own graph: missing neighbors are dropped.
 ///
 /// The smoother is a Chebyshev polynomial of the 4th kind in D⁻¹A, D = 12^k + the row sums of |C|, so that no
-/// eigenvalue exceeds 1: z₁ = 4/3 D⁻¹r, z_i = (2i−3)/(2i+1) z_{i−1} + (8i−4)/(2i+1) D⁻¹r_i. All steps go over the
-/// memory in one sweep, or in several if that many planes in flight would not fit into the cache.
+/// eigenvalue exceeds 1: z₁ = 4/3 D⁻¹r, z_i = (2i−3)/(2i+1) z_{i−1} + (8i−4)/(2i+1) D⁻¹r_i. All steps are taken in one
+/// sweep over the memory, or in several if the planes of one would not fit into the cache.
 ///
-/// From grid to grid (¾, ¼) interpolates along each axis. Where coarse voxels are missing around a whole level, those
-/// that are there share the whole weight; in a band they count as zero.
+/// Coarse values are interpolated with (¾, ¼) along each axis. Around a whole level, where coarse voxels are missing,
+/// the others share the whole weight; in a band missing ones count as zero.
 class GridOperator {
 public:
-  /// \param tautness wave number, per voxel, below which a correction in a band is a membrane
+  /// \param tautness wave number, radians per voxel side, below which a correction in a band spreads like a membrane
   /// \pre the grid outlives the operator
   GridOperator(const SolverGrid& grid, const PriorConstants& prior, double tautness, Execution& execution);
 
@@ -102,19 +102,19 @@ public:
   /// Prepares the transfers from and to the next coarser grid.
   void connect(const VoxelSet& coarse, Execution& execution);
 
-  /// `degree` steps of the smoother, from where the sweep starts to where it ends.
+  /// Takes `degree` steps of the smoother. \param sweep its start and its outputs; steps and directions are set here
   void smooth(Sweep sweep, int degree, std::vector<SweepScratch>& scratch, Execution& execution);
 
-  /// out = b − A x, or A x without b. \param support of x: the grid's voxels, or more: then L^k is that of the lattice
+  /// out = b − A x, or A x if b is null. \param support of x: voxels() itself, or a superset: then L is the lattice's
   void multiply(const VoxelSet& support, const float* x, const float* b, float* out, std::vector<SweepScratch>& scratch,
                 Execution& execution);
 
-  /// coarse = scale Pᵀ fine. \param fine the product of a sweep for it
+  /// out = the scaled restriction of `fine`. \param fine product of a sweep with isForCoarser
   void restrictTo(const float* fine, const VoxelSet& coarse, float* out, std::vector<SweepScratch>& scratch,
                   Execution& execution) const;
 
-  /// Bytes of the windows that threads sweep with, and of what is kept between sweeps where one does not do.
-  /// \param size of the grid \param unknowns on it
+  /// Bytes of the windows of all threads, and of the vectors between sweeps if smoothing takes more than one.
+  /// \param size of the grid \param unknowns number of its unknowns
   static double sweepBytes(const GridSize& size, double unknowns, int order, int degree, int threads);
 
 private:
@@ -129,8 +129,8 @@ private:
   float unobserved_ = 0;
   PackedValues inverseD_;
   PackedValues degrees_;                   ///< empty: six neighbors everywhere
-  PackedValues shares_;                    ///< of whole levels: 1 over what there is of the weights of coarse voxels
-  PackedValues iterate_;                   ///< between sweeps, where one does not do
+  PackedValues shares_;                    ///< on whole levels: 1 / sum of the weights of the coarse voxels there are
+  PackedValues iterate_;                   ///< between sweeps, if smoothing takes more than one
   std::array<PackedValues, 2> directions_; ///< likewise
 };
 

@@ -16,20 +16,20 @@ namespace {
 /// Planes per piece of the passes without stencils.
 constexpr int grainPlanes = 4;
 
-/// What a restart must leave at most of the squared residual to be worth another: beneath single precision nothing is
-/// gained.
+/// Another restart is made if the last one left at most this part of the squared residual. Beyond single precision
+/// nothing is gained.
 constexpr double restartGain = .25;
 
-/// Several steps of conjugate gradients want the same before and after, and the coarsest grid solved well. After a
-/// single one everything is left as the smoother leaves it.
+/// Several steps of conjugate gradients need equal degrees before and after the coarse correction, and a well solved
+/// coarsest grid. A single one leaves the field as the last smoothing does: half the degree is enough for the others.
 SmootherDegrees degreesOf(int degree, int cycles)
 {
   const int half = (degree + 1) / 2;
   return cycles == 1 ? SmootherDegrees{half, degree, half} : SmootherDegrees{degree, degree, 2 * degree};
 }
 
-/// Clears the residual where nothing is observed and L^k reaches over the rim of the band: the guess may have kinks out
-/// there, which are none of the correction's business.
+/// Clears the residual at unobserved voxels from which L^k reaches beyond the rim of the band: the guess may have kinks
+/// out there, and the correction must not react to them.
 void clearNearRim(const GridOperator& system, int order, PackedValues& r, Execution& execution)
 {
   const VoxelSet& band = system.voxels();
@@ -49,7 +49,7 @@ void clearNearRim(const GridOperator& system, int order, PackedValues& r, Execut
   });
 }
 
-/// A mean square in the making.
+/// A sum of squares and the number of its terms.
 struct SquareSum {
   double squares = 0, count = 0;
 
@@ -68,23 +68,23 @@ struct SquareSum {
 
 /// Sums of one step.
 struct StepSums {
-  double residual = 0;         ///< squares of r
-  SquareSum observed, filling; ///< the step at voxels near the zero level: observed ones, and others
+  double residual = 0;         ///< sum of the squares of r
+  SquareSum observed, filling; ///< of the step at voxels near the zero level: at observed ones, and at others
 };
 
 /// When the iteration ends.
 struct StepLimits {
   int maxIterations;
-  double residual; ///< relative to the scale
-  double change;   ///< RMS at observed voxels near the zero level, in voxel sides; 0: not by it
-  /// Relative residual that a small change must come with: between few points the field has a long way to go after the
-  /// voxels at them stand still.
+  double residual; ///< the iteration ends at this residual, relative to `scale`
+  double change;   ///< or below this RMS change at observed voxels near the zero level, voxel sides; 0: not by it
+  /// A small change counts only if the relative residual is below this: between sparse points the field still changes
+  /// much after the voxels at the points have settled.
   double residualOfChange;
-  double unit;  ///< a voxel side in the unit of the field
-  double scale; ///< of the residual
+  double unit;  ///< length of a voxel side in the unit of the field
+  double scale; ///< norm that residuals are divided by
 };
 
-/// What all further steps change if each has as much less to do as the residual fell by in a step.
+/// The change by all further steps together if each changes `ratio` times as much as the one before it.
 double remainingChange(double lastChange, double ratio)
 {
   constexpr double largestRatio = .9; // the residual of conjugate gradients may grow for a while
@@ -101,7 +101,7 @@ public:
         execution_(execution)
   {}
 
-  /// \param squaredResidual of the guess \param tile none, or what each step is told to
+  /// \param squaredResidual of the guess \param tile set to each step, or null
   /// \param report added to; its iterations count for the limit
   /// \return true if a step changed less than the limit
   /// \throw SolverFailure if values are not finite
@@ -128,7 +128,7 @@ public:
       const double observed = sums.observed.rms() / limits.unit, filling = sums.filling.rms() / limits.unit;
       settled =
           sums.observed.count > 0 && observed < limits.change && report.relativeResidual < limits.residualOfChange;
-      // Single steps are uneven: the mean of two, where there are two.
+      // Single steps are uneven: from the second on the geometric mean of two is taken.
       const double ratio = isFirst ? report.relativeResidual / before : std::sqrt(report.relativeResidual / beforeThat);
       report.remainingChange = remainingChange(observed, ratio);
       report.remainingChangeOfFillings = remainingChange(filling, ratio);
@@ -149,7 +149,7 @@ private:
   double precondition()
   {
     if (z_ && p_.empty())
-      p_ = *z_; // the preconditioner is about to use its memory again
+      p_ = *z_; // the preconditioner is about to overwrite z
     z_ = &cycle_.apply(r_.data(), execution_);
     return dotProduct(r_, *z_, execution_);
   }
@@ -270,7 +270,7 @@ SolveReport solveOnGrids(const GridSystem& posed, const LevelPlan& plan, const S
       report.converged = report.converged || report.remainingChange <= changeLeftInBands;
     if (!isWhole || settled)
       return report;
-    // The recursion drifts from the residual by rounding: what counts is the residual itself.
+    // By rounding r has drifted from the true residual, which is computed here.
     setRightHandSide(r);
     system.multiply(support, values, r.data(), r.data(), cycle.scratch(), execution);
     squared = dotProduct(r, r, execution);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// Multigrid-preconditioned conjugate gradients on a level: whole, or the correction of a field in a band.
+/// Multigrid-preconditioned conjugate gradients, on a whole level or for the correction of a field in a band.
 #pragma once
 
 #include "solver/grid_operator.h"
@@ -17,46 +17,46 @@ struct LevelPlan {
   int threads = 1;             ///< that may sweep over it at the same time
 };
 
-/// Steps before a level that is solved everywhere counts as not to be solved.
+/// Max steps of conjugate gradients on a level that is solved everywhere.
 constexpr int wholeLevelSteps = 100;
 
-/// StepLimits::residualOfChange on whole levels; on dense scans it is passed before the change is small enough.
+/// StepLimits::residualOfChange on whole levels. On dense scans the residual is below it before the change is small.
 constexpr double residualOfChange = .05;
 
-/// SolveReport::remainingChange of a band that counts as converged, voxel sides.
+/// A band counts as converged if its SolveReport::remainingChange is at most this many voxel sides.
 constexpr double changeLeftInBands = .1;
 
 /// The smoother's degree: the option, or the prior's.
 int smootherDegree(const SolverOptions& options, Prior prior, bool isWhole);
 
-/// The last step as it looks from some planes of the finest grid, where a level is solved in tiles: a step is as long
-/// as the decrease of all planes over the curvature of all.
+/// The last step of conjugate gradients on a tile of a level. The step of the whole level would have the length
+/// Σ decrease / Σ curvature, summed over all tiles.
 struct TileStep {
-  int begin = 0, end = 0;             ///< planes that count
-  double decrease = 0, curvature = 0; ///< rᵀz and pᵀA p over them
-  double length = 0;                  ///< of the step that was taken: by all planes that are there; 0: none was
+  int begin = 0, end = 0;             ///< the tile's own planes of its grid
+  double decrease = 0, curvature = 0; ///< rᵀz and pᵀA p over these planes
+  double length = 0;                  ///< of the step taken, by all planes of the tile's grid; 0: no step was taken
 };
 
-/// What is solved on grids.
+/// A system to be solved on grids.
 struct GridSystem {
   const std::vector<SolverGrid>& grids; ///< finest first; the coarser ones make the preconditioner
   Prior prior;
-  const VoxelSet& support;                     ///< the finest grid, or in a band a superset by k voxels on all sides
-  const PackedValues* rightHandSide = nullptr; ///< b, packed; none: that of the data
-  TileStep* tile = nullptr;                    ///< to be set, if the grids are a tile's
+  const VoxelSet& support;                     ///< voxels of the finest grid; in a band with k more on all sides
+  const PackedValues* rightHandSide = nullptr; ///< b, packed; null: that of the data
+  TileStep* tile = nullptr;                    ///< set to each step if the grids are those of a tile; else null
 };
 
-/// Solves (P + C) d = b on the finest grid; in a narrow band corrects d so that this holds there, while it keeps its
-/// values outside.
+/// Solves (P + C) d = b on the finest grid. In a narrow band d is corrected so that this holds in the band; the values
+/// around it are kept.
 ///
 /// The correction solves (L_B^k + C) e = b − (L^k + C) d, L_B being the Laplacian of the band's own graph, missing
-/// neighbors dropped: the change of the surface is carried on across the band, as in the whole space.
+/// neighbors dropped: a change of the surface continues across the band, as it would in the whole space.
 /// \param values on the support; in: the guess, out: the solution \param unit length of a voxel side in the unit of the
 /// field \throw SolverFailure if values are not finite
 SolveReport solveOnGrids(const GridSystem& system, const LevelPlan& plan, const SolverOptions& options, double unit,
                          float* values, Execution& execution);
 
-/// Solves a level everywhere, within wholeLevelSteps. \param grids whole, finest first
+/// Solves a level everywhere, in at most wholeLevelSteps. \param grids whole, finest first
 /// \param unit length of a voxel side in the unit of the field
 /// \param values one per voxel of the lattice; in: the guess, out: the solution
 /// \throw SolverFailure if values are not finite

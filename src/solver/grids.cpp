@@ -11,11 +11,11 @@
 namespace pcl::mrf {
 namespace {
 
-/// Voxels of a grid that needs no coarser one.
+/// Max voxels of a grid that needs no coarser one.
 constexpr std::int64_t fewVoxels = 100;
 
-/// Samples of coarser grids are closer together than this, in voxels: the whole cells that a level itself is content
-/// with cost its solver a third more steps.
+/// Side, in voxels, of the cubes in which samples are merged for the coarse grids of a solver. With whole cells, as a
+/// level itself has, the solver takes a third more steps.
 constexpr float halfCell = .5f;
 
 /// Weights of a level's observed voxels, packed. \param targets likewise
@@ -38,7 +38,7 @@ std::vector<float> packedWeights(const LevelObservation& observation, const Voxe
   return weights;
 }
 
-/// scale × the mean of the children's weights.
+/// The weights on a coarser grid: scale × the mean of the children's weights.
 std::vector<float> coarsenedWeights(const VoxelSet& fine, const std::vector<float>& weights,
                                     const Refinement& refinement, float scale, const VoxelSet& coarse)
 {
@@ -55,7 +55,7 @@ std::vector<float> coarsenedWeights(const VoxelSet& fine, const std::vector<floa
   return result;
 }
 
-/// \param voxelsOf makes the voxels of lattice `at`, the finer grid being known, if there is one
+/// \param voxelsOf voxelsOf(at, finer) makes the voxels of lattice `at`; finer: the next finer grid, null for the first
 template <typename VoxelsOf>
 std::vector<SolverGrid> makeGrids(const std::vector<Lattice>& lattices, std::size_t level, std::size_t depth,
                                   const LevelObservation& observation, Prior prior, bool areWhole,
@@ -92,7 +92,7 @@ std::vector<SolverGrid> makeGrids(const std::vector<Lattice>& lattices, std::siz
   return grids;
 }
 
-/// Makes the samples of the lattices before one that has its own.
+/// Makes the samples of all lattices before lattice `at`, which has its own already.
 void coarsenFrom(std::size_t at, LevelSamples& samples, const std::vector<Lattice>& lattices, Execution& execution)
 {
   for (; at > 0; --at) {
@@ -202,7 +202,7 @@ SolverOptions roughSolver(Prior prior, double tolerance)
 {
   SolverOptions options;
   options.changeTolerance = tolerance;
-  // Measured a fifth less work than with the prior's own degree.
+  // Measured: a fifth less work than with the prior's own degree.
   if (prior != Prior::membrane)
     options.smootherDegree = 4;
   return options;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// The grids of a level's solver: the level's own and the coarser ones of its preconditioner; and a cloud on a lattice
-/// that is solved everywhere, as pilot runs and draws are.
+/// The grids of a level's solver: the level's own and the coarser ones of its preconditioner; and WholeLevel, points on
+/// a lattice that is solved everywhere, for pilot runs and draws.
 #pragma once
 
 #include "observation/observation.h"
@@ -14,44 +14,44 @@
 
 namespace pcl::mrf {
 
-/// The points as each of the nested lattices sees them, coarsest first, by layers of cells.
+/// The samples of the points on each of the nested lattices, coarsest first, ordered by cells.
 struct LevelSamples {
-  /// On all but the finest one per cell, which is what a level's interpolant can tell apart.
+  /// Samples for solving the level itself; on all but the finest one per cell, as its interpolant tells no more apart.
   std::vector<std::vector<PointSample>> own;
-  /// One per half of a cell, for the grids of the finer levels' solvers; empty for the finest.
+  /// Samples for the coarse grids in the solvers of finer levels, one per cube of half a voxel; empty for the finest.
   std::vector<std::vector<PointSample>> beneath;
 
   LevelSamples() = default;
 
-  /// \param finest by cells
+  /// \param finest samples of the finest lattice, ordered by cells
   LevelSamples(std::vector<PointSample> finest, const std::vector<Lattice>& lattices, Execution& execution);
 
-  /// All but those of the finest of at least two lattices. \param seen on the finest
+  /// The samples of all lattices but the finest. \param seen the points on the finest \pre at least two lattices
   static LevelSamples beneathFinest(const PointsOnLattice& seen, const std::vector<Lattice>& lattices,
                                     Execution& execution);
 };
 
 /// What a level observes: samples at points, or voxels.
 struct LevelObservation {
-  const LevelSamples* samples = nullptr; ///< of all lattices
+  const LevelSamples* samples = nullptr; ///< of all lattices; null: voxels are observed
   PointWeights weights;                  ///< of this level
   Observation voxels;                    ///< if there are no samples
-  PriorOptions prior;                    ///< what weighs the voxels
+  PriorOptions prior;                    ///< its β and order weigh the voxels
 };
 
-/// Coarsens the coarsest of nested lattices again and again, until its system is a handful of voxels.
-/// \param lattices coarsest first \return how many were put before them
+/// Adds coarser lattices until the coarsest has at most 100 voxels.
+/// \param lattices nested, coarsest first \return the number of lattices that were put before them
 std::size_t addCoarserGrids(std::vector<Lattice>& lattices);
 
 /// All voxels of a lattice, on its grid with margin.
 VoxelSet wholeOf(const Lattice& lattice, Execution& execution);
 
-/// A level that is solved everywhere, and all grids beneath it.
-/// \param lattices coarsest first \param level of them
+/// The grids of a level that is solved everywhere: its own and all coarser ones, finest first.
+/// \param lattices coarsest first \param level index of its lattice
 std::vector<SolverGrid> wholeGrids(const std::vector<Lattice>& lattices, std::size_t level,
                                    const LevelObservation& observation, Prior prior, Execution& execution);
 
-/// A level of which some voxels are unknowns, and some grids beneath it. \param coarseGrids how many at most
+/// The grids of a level in a band: its own with the unknowns, and coarser ones. \param coarseGrids their max number
 std::vector<SolverGrid> bandGrids(const std::vector<Lattice>& lattices, std::size_t level, VoxelSet unknowns,
                                   const LevelObservation& observation, Prior prior, std::size_t coarseGrids,
                                   Execution& execution);
@@ -59,8 +59,8 @@ std::vector<SolverGrid> bandGrids(const std::vector<Lattice>& lattices, std::siz
 /// Points on a lattice that is solved everywhere, with all grids beneath it.
 class WholeLevel {
 public:
-  /// \param lattices nested, coarsest first: that of the level, after any coarser ones that are given
-  /// \param samples of the last of them, in any order
+  /// \param lattices nested, coarsest first; the last is the level's, missing coarser ones are added
+  /// \param samples on the last of them, in any order
   WholeLevel(std::vector<Lattice> lattices, const std::vector<PointSample>& samples, const PointWeights& weights,
              Prior prior, Execution& execution);
   WholeLevel(const WholeLevel&) = delete;
@@ -80,10 +80,10 @@ private:
   std::vector<Lattice> lattices_;
   LevelSamples samples_;
   LevelObservation observation_;
-  std::vector<SolverGrid> grids_; ///< refer to the samples
+  std::vector<SolverGrid> grids_; ///< refer to samples_
 };
 
-/// A solver for a few digits on a small grid. \param tolerance SolverOptions::changeTolerance
+/// Options for solving a small grid to a few digits. \param tolerance SolverOptions::changeTolerance
 SolverOptions roughSolver(Prior prior, double tolerance);
 
 } // namespace pcl::mrf

@@ -20,7 +20,7 @@ namespace {
 /// Rows of a matrix per piece of work.
 constexpr std::int64_t rowGrain = 1 << 14;
 
-/// What a row holds of the voxels that are at most three steps away along each axis.
+/// A row of a matrix: the entries of all voxels that are at most three steps away along each axis.
 class Row {
 public:
   /// \param center voxel that the row belongs to
@@ -33,14 +33,14 @@ public:
 
   void add(const Eigen::Array3i& voxel, double value) { values_[at(voxel - center_)] += value; }
 
-  /// Adds another voxel's row.
+  /// Adds another voxel's row, shifted to this center.
   void add(const Row& other)
   {
     for (std::size_t i = 0; i < values_.size(); ++i)
       values_[i] += other.values_[i];
   }
 
-  /// Calls visit(step, value) for all that is not zero, in the order of the voxels.
+  /// Calls visit(step, value) for all entries that are not zero, in the order of the voxels.
   template <typename Visit>
   void forEach(const Visit& visit) const
   {
@@ -64,7 +64,7 @@ private:
   std::array<double, side * side * side> values_;
 };
 
-/// Graphs of the voxels of a grid, each joined to its neighbors.
+/// The graph of a grid's voxels, each joined to its neighbors along the axes.
 class Graph {
 public:
   explicit Graph(const GridSize& size) : size_(size) {}
@@ -88,7 +88,7 @@ public:
     return count;
   }
 
-  /// Calls visit(voxel, factor × entry) for a row of the Laplacian of edges that weigh weightOf(voxel, neighbor).
+  /// Calls visit(voxel, factor × entry) for a row of the Laplacian whose edges weigh weightOf(voxel, neighbor).
   template <typename WeightOf, typename Visit>
   void forLaplacian(const Eigen::Array3i& voxel, double factor, const WeightOf& weightOf, const Visit& visit) const
   {
@@ -101,7 +101,7 @@ public:
     visit(voxel, factor * sum);
   }
 
-  /// The same of L^k, adding up to a row.
+  /// Adds factor × the voxel's row of L^power to `row`.
   void addPower(const Eigen::Array3i& voxel, int power, double factor, Row& row) const
   {
     if (power == 0)
@@ -117,7 +117,7 @@ private:
   GridSize size_;
 };
 
-/// The rows of L^k: adds one to a row.
+/// A function that adds the row of L^power to a Row.
 auto powerRows(const GridSize& size, int power)
 {
   // Inside of a grid all rows are the same.
@@ -134,7 +134,7 @@ auto powerRows(const GridSize& size, int power)
   };
 }
 
-/// The rows of the prior of Energy::paper, half the derivative of Σ v_i U(d_i). \param shares v
+/// The same for the prior of Energy::paper: half the derivative of Σ v_i U(d_i). \param shares v
 auto paperRows(const GridSize& size, Prior prior, const std::vector<double>& shares)
 {
   return [=, &shares, graph = Graph(size)](Row& row) {
@@ -156,7 +156,7 @@ auto paperRows(const GridSize& size, Prior prior, const std::vector<double>& sha
   };
 }
 
-/// \param addRow adds what a row holds \throw ResourceLimit if the entries cannot be counted
+/// \param addRow addRow(voxel, row) adds the entries of a row \throw ResourceLimit if 32 bits cannot count the entries
 template <typename AddRow>
 SystemMatrix matrixOf(const GridSize& size, const AddRow& addRow, Execution& execution)
 {
@@ -201,14 +201,14 @@ int neighborIndex(int dx, int dy, int dz)
   return (dx + 1) + 3 * ((dy + 1) + 3 * (dz + 1));
 }
 
-/// A voxel of a sample's cell, and its shares in the value and the gradient there.
+/// A voxel of a sample's cell, and its weights in the value and the gradient at the sample.
 struct CellCorner {
   Eigen::Array3i voxel;
   double value;
   Eigen::Vector3d gradient;
 };
 
-/// The voxels of a sample's cell: eight, but for axes of one voxel, which takes the whole weight.
+/// The voxels of a sample's cell: eight, or fewer if an axis has one voxel only, which then takes the whole weight.
 std::vector<CellCorner> cornersOf(const Eigen::Vector3f& position, const GridSize& size)
 {
   const Eigen::Array3i sides(size.x, size.y, size.z);
@@ -237,7 +237,7 @@ std::vector<CellCorner> cornersOf(const Eigen::Vector3f& position, const GridSiz
 /// The row of C that belongs to one voxel, by neighborIndex.
 using DataRow = std::array<double, 27>;
 
-/// Adds what a sample says of the rows of its cell's voxels. \param rowOf gives the row of a voxel
+/// Adds a sample to the rows of its cell's voxels, and to b. \param rowOf gives the row of a voxel
 template <typename RowOf>
 void addSample(const GridSize& size, const PointSample& sample, const PointWeights& weights, double unit,
                const RowOf& rowOf, std::vector<double>& b)
@@ -266,7 +266,7 @@ double dataWeight(double confidence, double beta)
 
 double entriesPerVoxel(Prior prior, bool pointwise)
 {
-  // All voxels within k steps, for points with the corners of the cells around.
+  // All voxels within k steps; for points also the corners of the surrounding cells.
   constexpr std::array<double, 3> ofPrior{7, 25, 63}, withCells{27, 33, 63};
   return (pointwise ? withCells : ofPrior)[order(prior) - 1];
 }

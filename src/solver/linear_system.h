@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// The system of one level in its plain form, a sparse matrix in double precision: what ICM, conjugate gradients
-/// and Cholesky solve, and what the grids of the multigrid solver are tested against.
+/// The system of one level in its plain form, a sparse matrix in double precision. ICM, conjugate gradients and
+/// Cholesky solve it, and the grids of the multigrid solver are tested against it.
 #pragma once
 
 #include "observation/observation.h"
@@ -26,13 +26,13 @@ struct LinearSystem {
   Coupling coupling; ///< of the voxels by A
   SystemMatrix matrix;
   std::vector<double> rightHandSide;
-  bool isObserved = false; ///< by data of a positive weight
+  bool isObserved = false; ///< true if there are data of a positive weight
 };
 
 /// w = a/(1 − a), a = αβ clamped to 1 − 10⁻⁶: an infinite weight would leave a voxel without any prior.
 double dataWeight(double confidence, double beta);
 
-/// Entries of a row of the matrix where no border is near. \param pointwise of observations at points
+/// Entries of a row of the matrix where no border is near. \param pointwise true for observations at points
 double entriesPerVoxel(Prior prior, bool pointwise);
 
 /// The voxel-wise system of the paper. a_i = α_i β, clamped as by dataWeight.
@@ -62,8 +62,8 @@ void multiply(const LinearSystem& system, const std::vector<double>& x, std::vec
 /// r = b − A x. \return ‖r‖²
 double residual(const LinearSystem& system, const std::vector<double>& x, std::vector<double>& r, Execution& execution);
 
-/// Whether whole levels are solved in this form: by other solvers than multigrid, and for the energy that it does not
-/// minimize. \param pointwise points are observed, where the energy is joint
+/// True if whole levels are solved in this form: by another solver than multigrid, or for Energy::paper, which
+/// multigrid does not minimize. \param pointwise true for observations at points, whose energy is always joint
 inline bool solvesPlainly(const SolverOptions& solver, const PriorOptions& prior, bool pointwise)
 {
   return solver.method != SolverMethod::multigrid || (prior.energy == Energy::paper && !pointwise);
@@ -82,9 +82,9 @@ SolveReport solve(const LinearSystem& system, const SolverOptions& options, doub
 /// on SolverOptions::changeTolerance.
 ///
 /// SolverMethod::icm visits the voxels in an order that is drawn anew for every sweep, one after the other, as the
-/// paper does. SolverMethod::icmColors cuts them into classes of voxels that do not interact and draws the order of the
-/// classes: the members of one are updated together, the same as in any order among them. Both depend on the seed, not
-/// on the number of threads.
+/// paper does. SolverMethod::icmColors divides them into classes of voxels that do not interact and draws the order of
+/// the classes: the voxels of a class are updated in parallel, which equals any order of them. Both depend on the seed,
+/// not on the number of threads.
 SolveReport solveIcm(const LinearSystem& system, const SolverOptions& options, double unit, std::vector<double>& d,
                      Execution& execution);
 

@@ -25,12 +25,12 @@ void dissect(const VoxelBox& box, const Coupling& coupling, const std::function<
   visit({separator, box});
 }
 
-/// How many voxels outside of a front's region it is coupled with: all of them are eliminated later, and after the
-/// region they are coupled with each other.
+/// The number of voxels outside a front's region that are coupled with it. All of them are eliminated later, and
+/// eliminating the region couples them with each other.
 std::int64_t boundaryCount(const Front& front, const GridSize& size, const Coupling& coupling)
 {
   const std::array<int, 3> sides{size.x, size.y, size.z};
-  // How many coordinates there are at a distance from the region, along an axis.
+  // The number of coordinates along an axis that are at a distance from the region.
   const auto number = [&](std::size_t axis, int distance) {
     if (distance == 0)
       return front.region.side(axis);
@@ -76,7 +76,7 @@ FactorCost factorCost(const GridSize& size, const Coupling& coupling)
     const double columns = static_cast<double>(front.own.count()),
                  rows = columns + static_cast<double>(boundaryCount(front, size, coupling));
     cost.bytes += rows * (columns * sizeof(double) + sizeof(std::int32_t));
-    // Column c of a front changes the rows - c below it, each once by each other of them.
+    // Eliminating column c of a front takes (rows − c)² operations.
     const double last = rows - columns;
     cost.flops += (rows * (rows + 1) * (2 * rows + 1) - last * (last + 1) * (2 * last + 1)) / 6;
   });

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// The order in which a sparse factorization eliminates the voxels of a grid, and what its factor takes.
+/// The order in which a sparse factorization eliminates the voxels of a grid, and the cost of its factor.
 #pragma once
 
 #include <pcl/surface/mrf/lattice.h>
@@ -35,23 +35,23 @@ struct VoxelBox {
 /// Voxels that are eliminated together: a separator, or a box that is small enough.
 struct Front {
   VoxelBox own;
-  VoxelBox region; ///< all that is eliminated by then of the part of the grid that `own` belongs to, itself included
+  VoxelBox region; ///< the box that `own` divides or is: all of it has been eliminated after `own`
 };
 
 /// Nested dissection: a slab through the middle of the longest axis, as thick as the coupling reaches, is eliminated
 /// after both of the halves that it separates. Calls visit(front) in the order of elimination.
 void dissect(const GridSize& size, const Coupling& coupling, const std::function<void(const Front&)>& visit);
 
-/// The voxels in that order.
+/// The voxels in the order of elimination.
 std::vector<std::int64_t> dissectionOrder(const GridSize& size, const Coupling& coupling);
 
-/// What a factor takes.
+/// The cost of a factor.
 struct FactorCost {
   double bytes = 0; ///< of its numbers and its indices
   double flops = 0; ///< to compute it
 };
 
-/// Known before anything is allocated.
+/// Computes the cost of a factor without allocating it.
 FactorCost factorCost(const GridSize& size, const Coupling& coupling);
 
 } // namespace pcl::mrf

@@ -47,7 +47,7 @@ SolveReport solveConjugateGradients(const LinearSystem& system, const SolverOpti
     ++report.iterations;
     bool stalled = false;
     if (std::sqrt(squared) <= target) {
-      // The recursion drifts from the residual by rounding: what counts is the residual itself.
+      // By rounding r has drifted from the true residual, which is computed here.
       squared = residual(system, d, r, execution);
       stalled = std::sqrt(squared) > target && squared > .25 * restarted;
       restarted = squared;

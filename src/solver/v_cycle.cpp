@@ -6,7 +6,7 @@
 namespace pcl::mrf {
 namespace {
 
-/// Unknowns of which a dense factor is made, column by column: a fraction of a millisecond.
+/// Max unknowns of a coarsest grid with a dense factor, made column by column in a fraction of a millisecond.
 constexpr std::int64_t factorizedUnknowns = 100;
 
 } // namespace
@@ -27,7 +27,7 @@ VCycle::VCycle(const std::vector<SolverGrid>& grids, const PriorConstants& prior
     level.before.resize(count);
     level.after.resize(count);
     levels_.push_back(std::move(level));
-    tautness *= 2; // the same wave in larger voxels
+    tautness *= 2; // the same wave, with voxel sides twice as long
   }
   if (grids.size() > 1 && grids.back().voxels.count() <= factorizedUnknowns)
     factorizeCoarsest(execution);
@@ -43,8 +43,8 @@ void VCycle::factorizeCoarsest(Execution& execution)
     system.multiply(system.voxels(), unit.data(), nullptr, columns.col(i).data(), scratch_, execution);
   }
   Eigen::MatrixXd matrix = columns.cast<double>();
-  // Where the data weigh next to nothing constants are lost to rounding; this much keeps the factor definite and is
-  // invisible otherwise.
+  // Where the data weigh next to nothing, rounding may leave the matrix indefinite for constants. So much, relative to
+  // the largest diagonal entry, prevents that and has no visible effect otherwise.
   constexpr double rounding = 1e-6;
   matrix = (.5 * (matrix + matrix.transpose())).eval();
   matrix.diagonal().array() += rounding * matrix.diagonal().maxCoeff();

@@ -14,7 +14,7 @@ namespace pcl::mrf {
 /// Steps of the smoother in a V-cycle.
 struct SmootherDegrees {
   int before, after; ///< the coarser grid's correction
-  int coarsest;      ///< where the coarsest grid is too large for a factor
+  int coarsest;      ///< on the coarsest grid, if it is too large for a factor
 };
 
 /// The V-cycle of a hierarchy of grids, each with the operator discretized anew; a dense Cholesky factor on the
@@ -40,7 +40,7 @@ public:
 private:
   struct Level {
     std::unique_ptr<GridOperator> system;
-    PackedValues rightHandSide; ///< of the coarser grids
+    PackedValues rightHandSide; ///< on all but the finest grid
     PackedValues before, after; ///< iterate before and after the coarse correction; after holds the residual, too
   };
 
@@ -51,7 +51,7 @@ private:
   SmootherDegrees degrees_;
   std::vector<SweepScratch> scratch_;
   std::vector<Level> levels_;
-  Eigen::LLT<Eigen::MatrixXd> coarsest_; ///< empty: too large
+  Eigen::LLT<Eigen::MatrixXd> coarsest_; ///< empty: the coarsest grid is smoothed instead
 };
 
 } // namespace pcl::mrf

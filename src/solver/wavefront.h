@@ -20,8 +20,8 @@ namespace pcl::mrf {
 /// the next plane's product. A slab computes k planes of its neighbors for each step again.
 class Wavefront {
 public:
-  /// \param steps that update the iterate \param endsWithProduct a product of what they leave follows them
-  /// \param begin, end planes of the slab \param bottom, top those with voxels are among [bottom, top)
+  /// \param steps number of updates of the iterate \param endsWithProduct a product with the last iterate follows them
+  /// \param begin, end planes of the slab \param bottom, top planes [bottom, top) hold all voxels
   Wavefront(int order, int steps, bool endsWithProduct, int begin, int end, int bottom, int top)
       : order_(order), delay_(order == 1 ? 1 : 0), steps_(steps), products_(steps + (endsWithProduct ? 1 : 0)),
         begin_(begin), end_(end), bottom_(bottom), top_(top)
@@ -29,7 +29,7 @@ public:
 
   int products() const { return products_; }
 
-  /// Planes [low(s), high(s)) are known after step s, 0 being the start; of a product, the planes that it is made of.
+  /// Planes [low(s), high(s)) of product s are computed, and of the iterate known after step s; s = 0 is the start.
   int low(int step) const { return std::max(begin_ - order_ * (products_ - step), bottom_ - 1); }
   int high(int step) const { return std::min(end_ + order_ * (products_ - step), top_ + 1); }
 
@@ -38,12 +38,12 @@ public:
   int powerPlanes() const { return 3; }
   int productPlanes() const { return 2 + delay_; }
 
-  /// Calls, each when what it reads is there and before it is overwritten,
-  ///   start(z): the iterate at the start
-  ///   differentiate(step, power, z): L^power, 0 < power < k, of what step − 1 has left, from the planes z − 1 to z + 1
-  ///   addData(step, z): what the layer between the planes z and z + 1 adds to both planes of the product
-  ///   addPrior(step, z): the product is complete
-  ///   update(step, z): takes the step on a plane; for the product that ends the sweep finish(z) in its place
+  /// Calls the following members of a pass, each when its input is there and before that is overwritten:
+  ///   start(z): sets plane z of the iterate at the start
+  ///   differentiate(step, power, z): L^power, 0 < power < k, of the iterate after step − 1, from planes z − 1 to z + 1
+  ///   addData(step, z): adds the data of the layer between planes z and z + 1 to both planes of the product
+  ///   addPrior(step, z): adds the prior, which completes plane z of the product
+  ///   update(step, z): takes the step on plane z; the product that ends the sweep has finish(z) in its place
   template <typename Pass>
   void run(Pass& pass) const
   {
@@ -62,7 +62,7 @@ private:
   template <typename Pass>
   void advance(Pass& pass, int step, int z) const
   {
-    // The highest power first known: each plane of a power needs one more of the one below.
+    // Lower powers are ahead: a plane of a power needs the next plane of the power below.
     for (int power = 1; power < order_; ++power) {
       const int ahead = order_ - power, at = z + ahead;
       if (at >= std::max(low(step) - ahead, bottom_ - 1) && at < std::min(high(step) + ahead, top_ + 1))

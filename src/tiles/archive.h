@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// What tasks take and give, as bytes: by Boost's archives, of this machine's kind.
+/// The inputs and results of tasks as bytes, by Boost's archives, in the format of this kind of machine.
 ///
-/// A type has its serialize(archive, value, version) beside it. Members are named one by one where a type has gaps: its
-/// bytes, whose checksum names a task, would not be the same from run to run.
+/// A type has its serialize(archive, value, version) beside it. A type with padding is written member by member:
+/// padding differs from run to run, and the checksum of a task's input names the task.
 #pragma once
 
 #include "field/voxel_set.h"

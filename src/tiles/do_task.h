@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// Tasks by the name of their kind, how large they are, and done by one process.
+/// Doing tasks by the name of their kind, their size, and a TaskRunner of one process.
 #pragma once
 
 #include <pcl/surface/mrf/execution.h>
@@ -10,11 +10,11 @@
 
 namespace pcl::mrf {
 
-/// Unknowns of a tile, and triangles of a part of the mesh, that tasks have if there is a TaskRunner. More would leave
-/// processes idle while the last ones are at work, and of less too much is done twice.
+/// Size of tasks if there is a TaskRunner: unknowns of a tile, and triangles of a part of the mesh. Larger tasks would
+/// leave processes idle while the last ones are at work, and smaller ones would do too much twice.
 constexpr double unknownsPerTask = 7e5, trianglesPerTask = 2.5e5;
 
-/// Does a task as forTasks has it done, from bytes to bytes. \throw what the task throws
+/// Does a task of forTasks() from bytes to bytes. \throw what the task throws
 std::string doTask(const std::string& kind, std::string input, Execution& execution);
 
 /// Tasks done by this process, one after the other.

@@ -9,7 +9,7 @@
 namespace pcl::mrf {
 namespace {
 
-/// MPI counts bytes by 32-bit numbers: a message is a head and blocks of at most so many.
+/// Max bytes of a block. MPI counts bytes by 32-bit numbers, so that a message is sent as a head and some blocks.
 constexpr std::uint64_t blockBytes = std::uint64_t{1} << 30;
 constexpr int headTag = 1, blockTag = 2;
 

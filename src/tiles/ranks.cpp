@@ -22,7 +22,7 @@ namespace {
 
 enum Tag { buildTag = 1, kindTag, threadsTag, inputTag, endTag, resultTag, errorTag };
 
-/// Between two looks for a message: a thousandth of what a task takes.
+/// Time between two probes for a message: a thousandth of what a task takes.
 constexpr std::chrono::milliseconds pause(1);
 
 std::string received(const MessagePassing& passing, const Message& message)
@@ -37,7 +37,7 @@ void send(const MessagePassing& passing, int to, Tag tag, const std::string& byt
   passing.send(to, tag, bytes.data(), bytes.size());
 }
 
-/// An error as a message has it: its status and its words.
+/// An error as the bytes of a message: its status and its text.
 std::string toMessage(const Error& error)
 {
   return static_cast<char>(error.status()) + error.message();
@@ -73,7 +73,7 @@ std::pair<Tag, std::string> answerOf(const std::string& kind, std::string input,
   }
 }
 
-/// What the file that holds this code is told from others by: ranks that run other code make other results.
+/// A hash of the file that holds this code: ranks that run another build would make other results.
 std::string buildOfThis()
 {
   Dl_info found{};
@@ -85,7 +85,7 @@ std::string buildOfThis()
 
 } // namespace
 
-/// All tasks of a call of run().
+/// All tasks of one call of run().
 class Ranks::Run {
 public:
   Run(Ranks& ranks, const std::string& kind, int count, const MakeInput& makeInput, const UseResult& useResult,
@@ -98,7 +98,7 @@ public:
           return true;
         })
   {
-    own_.beginRun({}); // so that it calls back while it is in a loop
+    own_.beginRun({}); // so that it calls back during its loops
   }
 
   ~Run()
@@ -162,11 +162,11 @@ private:
   const int count_;
   const MakeInput& makeInput_;
   const UseResult& useResult_;
-  Execution& execution_; ///< that inputs are made by
-  Execution own_;        ///< that tasks are done by
+  Execution& execution_; ///< for making inputs
+  Execution own_;        ///< for the tasks that this rank does
   int next_ = 0, used_ = 0;
-  std::map<int, int> busy_;            ///< tasks by their ranks
-  std::map<int, std::string> results_; ///< by their tasks, before their turn
+  std::map<int, int> busy_;            ///< by rank: its task
+  std::map<int, std::string> results_; ///< by task, until its turn comes
 };
 
 Ranks::Ranks(const MessagePassing& passing) : passing_(passing)
@@ -227,11 +227,11 @@ std::unique_ptr<TaskRunner> tasksOfRanks()
 {
   const char* const ranks = std::getenv("OMPI_COMM_WORLD_SIZE");
   if (ranks != nullptr && std::string(ranks) == "1")
-    return std::make_unique<OneProcess>(); // what follows a run in a script can begin MPI no second time
+    return std::make_unique<OneProcess>(); // MPI, once begun, could not be begun again by the next run in a script
   void* const found = shownByModule(MRF_MPI_MODULE, messagePassingSymbol, RTLD_GLOBAL);
   const char* const local = std::getenv("OMPI_COMM_WORLD_LOCAL_RANK");
   if (found == nullptr && local != nullptr && std::string(local) != "0")
-    return nullptr; // another rank of this machine tells
+    return nullptr; // rank 0 of this machine reports it
   if (found == nullptr)
     throw ResourceLimit(std::string("several processes need ") + MRF_MPI_MODULE +
                         ", of the package " MRF_MPI_PACKAGE ", which cannot be loaded: " + dlerror() +

@@ -12,13 +12,13 @@
 
 namespace pcl::mrf {
 
-/// Rank 0's runner. It gives each rank a task, does one itself, and looks after the others in between; results depend
-/// neither on how many ranks there are nor on which is the fastest.
+/// The runner of rank 0. It gives each rank a task and does tasks itself, while it takes results from the other ranks
+/// and gives them more. Results depend neither on the number of ranks nor on which is the fastest.
 class Ranks : public TaskRunner {
 public:
   /// \param passing outlives this
   explicit Ranks(const MessagePassing& passing);
-  /// Lets the other ranks end. After an error some may be at work still: then it leaves them to mpirun.
+  /// Ends the other ranks. After an error some may still be at work: then all are left to mpirun.
   ~Ranks() override;
 
   void run(const std::string& kind, int count, const MakeInput& makeInput, const UseResult& useResult,
@@ -29,10 +29,10 @@ private:
 
   const MessagePassing& passing_;
   std::vector<int> idle_;   ///< ranks
-  std::set<int> forgotten_; ///< ranks that do tasks which nobody waits for any more
+  std::set<int> forgotten_; ///< ranks at work on tasks whose results are not wanted any more
 };
 
-/// What ranks above 0 do, until rank 0's runner has gone.
+/// Does tasks on a rank above 0 until rank 0's runner is destroyed. \throw ResourceLimit if rank 0 has another build
 void serveRanks(const MessagePassing& passing);
 
 } // namespace pcl::mrf

@@ -32,16 +32,16 @@ namespace fs = std::filesystem;
 
 constexpr const char* journalName = "pcl_mrf_journal.txt";
 constexpr const char* extension = ".result";
-/// The journal's first line if the directory was made for it; it goes with the results then.
+/// The journal's first line if the directory was created for it; the directory is then removed with the results.
 constexpr const char* ofOwn = "directory 0";
-/// Begins the line of bytes that the run may take.
+/// First word of the journal's line with the bytes of memory that the run may take.
 constexpr const char* ofMemory = "memory";
 
-/// Bytes of a result to those of its input, about: less would end runs that could go on, more lets them begin in vain.
+/// Bytes of a result per byte of its input, about. More would refuse runs with enough room, less begins runs in vain.
 constexpr double resultOfInput = .15;
 
-/// Of some texts one after the other, word by word: a CRC of Boost's, byte by byte, took 4 % of a run of
-/// three million points without remeshing.
+/// The checksum of some texts one after the other, word by word: Boost's CRC, byte by byte, took 4 % of a run of three
+/// million points without remeshing.
 std::uint64_t checksum(std::initializer_list<std::string_view> texts)
 {
   std::size_t sum = 0;
@@ -63,7 +63,7 @@ std::string hexadecimal(std::uint64_t number)
   return digits.data();
 }
 
-/// A result as it was written, behind the checksum of its file's name and bytes. \return nothing if it is not there
+/// Reads a result, which follows the checksum of its file's name and itself. \return nothing if missing or corrupted
 std::optional<std::string> readResult(const fs::path& path)
 {
   std::error_code error;
@@ -127,7 +127,7 @@ TaskDirectory::TaskDirectory(std::string directory, bool resume, TaskRunner* inn
 TaskDirectory::~TaskDirectory()
 {
   if (lseek(journal_, 0, SEEK_END) == 0)
-    remove(); // nothing to go on from
+    remove(); // there is nothing to resume
   close(journal_);
 }
 
@@ -153,7 +153,7 @@ void TaskDirectory::requireRoom(const std::string& kind, double bytes) const
   const auto free = static_cast<double>(fs::space(directory_, error).available);
   for (const fs::directory_entry& entry : fs::directory_iterator(directory_, error))
     if (entry.path().filename().string().rfind(kind + "-", 0) == 0)
-      bytes -= static_cast<double>(entry.file_size(error)); // which may be found
+      bytes -= static_cast<double>(entry.file_size(error)); // this result may be used
   if (error || free >= bytes)
     return;
   std::ostringstream text;
@@ -176,7 +176,7 @@ void TaskDirectory::run(const std::string& kind, int count, const MakeInput& mak
     const std::string name = hexadecimal(checksum({MRF_VERSION, kind, *input})) + "-" + std::to_string(input->size());
     fs::path& file = files[n];
     file = fs::path(directory_) / (kind + "-" + name + extension);
-    if (!readResult(file)) // and again when it is its turn: ranks ask for many in advance
+    if (!readResult(file)) // read again when its turn comes: ranks ask for many inputs in advance
       return input;
     ++found_;
     used_.push_back(file.string());
@@ -209,7 +209,7 @@ void TaskDirectory::remove()
   used_.clear();
   for (const fs::directory_entry& entry : fs::directory_iterator(directory_, ignored))
     if (entry.path().extension() == extension)
-      return; // of another run
+      return; // it is of another run
   fs::remove(fs::path(directory_) / journalName, ignored);
   if (isOwn_)
     fs::remove(directory_, ignored); // if it is empty

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// Parts of a run as tasks, done at once or by a TaskRunner.
+/// Parts of a run as tasks, which are done here at once or by a TaskRunner.
 #pragma once
 
 #include "tiles/archive.h"
@@ -11,7 +11,7 @@
 
 namespace pcl::mrf {
 
-/// What a kind of task does. \tparam Input, Output have serialize()
+/// The function of a kind of task. \tparam Input, Output have serialize()
 template <typename Input, typename Output>
 using Task = Output(Input input, Execution& execution);
 
@@ -30,7 +30,7 @@ void forTasks(const char* kind, Task<Input, Output>* task, int count, const Make
     use(n, task(makeInput(n), execution));
 }
 
-/// A task from bytes to bytes. The input's go before it begins.
+/// Does a task from bytes to bytes. The bytes of the input are freed before it begins.
 template <typename Input, typename Output>
 std::string doneAsBytes(Task<Input, Output>* task, std::string input, Execution& execution)
 {

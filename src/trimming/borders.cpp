@@ -16,10 +16,10 @@
 namespace pcl::mrf {
 namespace {
 
-/// A vertex stays this share of an edge away from the edge's other end, so that no triangle vanishes.
+/// Max move of a vertex along an edge, as a share of the edge, so that no triangle vanishes.
 constexpr float maxShareOfEdge = .8f;
 
-/// Triangles around a vertex may turn by 60° and shrink to a tenth when it moves.
+/// When a vertex moves: min cosine of the angle by which a triangle turns (60°), and min ratio of its new to old area.
 constexpr float minTurn = .5f, minShrink = .1f;
 
 class BorderTightener {
@@ -61,7 +61,7 @@ private:
     return isNear;
   }
 
-  /// Of all corners of those triangles.
+  /// Measures the margins of all corners of these triangles.
   void measureMargins(Execution& execution)
   {
     std::vector<std::int32_t> vertices;
@@ -76,7 +76,7 @@ private:
     });
   }
 
-  /// The neighbor in whose direction support begins soonest; the vertex itself if there is none with support.
+  /// The neighbor in whose direction support is closest; the vertex itself if no neighbor has support.
   std::int32_t nearestWithSupport(std::int32_t vertex) const
   {
     std::int32_t best = vertex;
@@ -95,7 +95,7 @@ private:
     return best;
   }
 
-  /// Where between two vertices support begins, if the margin is linear.
+  /// Share of the way between two vertices at which support begins, if the margin is linear.
   float share(std::int32_t without, std::int32_t with) const
   {
     return margins_[without] / (margins_[without] - margins_[with]);
@@ -136,7 +136,7 @@ private:
 
   bool hasMoved(std::int32_t vertex) const { return mesh_.vertices[vertex] != before_[vertex]; }
 
-  /// Until none of the triangles at the border intersect, or those that do did so before.
+  /// Moves vertices back until no triangles at the border intersect, but for those that did so before.
   void takeBackWhatIntersects(const std::vector<std::uint8_t>& isNear, Execution& execution)
   {
     TriangleMesh ring;

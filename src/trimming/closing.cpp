@@ -9,7 +9,7 @@ namespace {
 
 constexpr float infinity = std::numeric_limits<float>::infinity();
 
-/// Calls visit(to) for the ends of a vertex's edges in a sheet; mostly twice each.
+/// Calls visit(to) for each neighbor of a vertex in a sheet, mostly twice.
 template <typename Visit>
 void forNeighbors(const TriangleMesh& mesh, const VertexCorners& sheet, std::int32_t vertex, const Visit& visit)
 {
@@ -21,7 +21,7 @@ void forNeighbors(const TriangleMesh& mesh, const VertexCorners& sheet, std::int
   }
 }
 
-/// A front that runs along edges from its seeds as far as a radius, in which distances are measured.
+/// A front that runs along edges from its seeds up to a radius. Distances are in units of the radius.
 class Front {
 public:
   Front(const TriangleMesh& mesh, const VertexCorners& sheet, float radius)
@@ -29,7 +29,7 @@ public:
         distances_(mesh.vertices.size(), infinity)
   {}
 
-  /// 0..1; infinite where it has not come.
+  /// 0..1; infinite where the front has not come.
   float distance(std::int32_t vertex) const { return distances_[vertex]; }
   bool hasReached(std::int32_t vertex) const { return distances_[vertex] < infinity; }
 
@@ -41,7 +41,7 @@ public:
     queue_[static_cast<std::size_t>(distance * binsPerRadius)].push_back({distance, vertex});
   }
 
-  /// Goes on to vertices v with mayReach(v) until nothing is left. A vertex may be reached again on a shorter way: the
+  /// Advances to vertices v with mayReach(v) until none is left. A vertex is reached again on a shorter path, so that
   /// distances do not depend on the order.
   template <typename MayReach>
   void run(const MayReach& mayReach)
@@ -67,7 +67,7 @@ private:
   const TriangleMesh& mesh_;
   const VertexCorners& sheet_;
   float radius_;
-  std::vector<std::vector<Entry>> queue_; ///< by distance
+  std::vector<std::vector<Entry>> queue_; ///< bins by distance
   std::vector<float> distances_;
 };
 
@@ -82,7 +82,7 @@ std::vector<std::uint8_t> close(const TriangleMesh& mesh, const VertexCorners& s
     dilation.reach(seed.vertex, seed.distance / radius);
   dilation.run([](std::int32_t) { return true; });
 
-  // The outside begins where the dilated surface ends, and as far beyond the mesh's boundary as that would have gone.
+  // The outside begins where the dilated surface ends. Beyond the mesh's boundary it begins where that would end.
   Front erosion(mesh, sheet, radius);
   for (std::int32_t v = 0; v < vertices; ++v)
     if (dilation.hasReached(v)) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// Trimming by error instead of size: surface that may be too far off goes.
+/// Trimming by error instead of size: drops surface that may be too far off.
 #pragma once
 
 #include <pcl/surface/mrf/report.h>
@@ -7,9 +7,9 @@
 
 namespace pcl::mrf {
 
-/// Drops the triangles with a vertex whose sigma exceeds the limit. Of the others those stay that touch a vertex all of
-/// whose triangles are left: no threads, fringes or single triangles (an opening by one ring).
-/// \param mesh with sigmas and confidences; stays manifold: what would hang together at corners only is parted
+/// Drops the triangles with a vertex whose sigma exceeds the limit, then those without a vertex all of whose triangles
+/// are left. The second step (an opening by one ring) drops threads, fringes and single triangles.
+/// \param mesh with sigmas and confidences; stays manifold: fans that share only a vertex are separated
 /// Cost: linear, serial.
 ErrorLimitSummary limitSigma(TriangleMesh& mesh, float maxSigma);
 

@@ -14,28 +14,28 @@
 namespace pcl::mrf {
 namespace {
 
-/// More of a component than this is not the filling of holes but the back of what was seen from one side.
+/// Max share of a component's area in fillings; with more, they are the back of what was seen from one side.
 constexpr double maxFilled = 1. / 3;
 
-/// A filling does not reach farther from the middle of its rim than the rim does: by half a ball at most. What does, by
-/// this factor, is the bulb behind the end of a tube.
+/// Max distance of a filling from the middle of its rim, relative to that of the rim. A filling of up to half a ball
+/// reaches no farther than its rim; what exceeds this factor is the bulb behind the end of a tube.
 constexpr float maxOutgrowth = 1.3f;
 
-/// What a sensor saw points through, farther from the points than this, in local spacings, and some deviations of the
-/// noise more, is no surface.
+/// A filling is no surface where a sensor saw points through it that are farther behind it than inventedFrom local
+/// spacings plus deviationsBehind standard deviations of the noise.
 constexpr float inventedFrom = 10, deviationsBehind = 3;
 
-/// Where a filling is farther from the points than the first of these, in local spacings, it is judged, each connected
-/// part by itself, if it gets as far as the second: what is narrower is filled all the same. But after lines of sight
-/// have cut it, what is left is judged from the third on, however narrow it is now.
+/// Distances from the points, in local spacings. The triangles of a filling beyond judgedFrom form connected parts; a
+/// part that gets beyond judgedIfBeyond is judged by itself, a narrower one is kept. After lines of sight have cut the
+/// fillings, all parts beyond judgedFromWhereCut are judged, however narrow they are.
 constexpr float judgedFrom = 6, judgedIfBeyond = 14, judgedFromWhereCut = 4;
 
-/// A part goes on in the direction of the surface around it if it belongs to a hole of that: by a smaller mean cosine
-/// it bridges a step in depth, which a sensor could not see behind, or is a balloon.
+/// Min mean cosine between the normals of a part and those of the surface around it. A part with less fills no hole of
+/// that surface: it bridges a step in depth, which a sensor could not see behind, or is a balloon.
 constexpr double minContinuation = .6;
 
-/// A part is what no sensor could have looked at by a smaller mean cosine to the line of sight: edge-on, it goes on
-/// where the surface turned out of sight, as between a leg and a tail. What faces a sensor in it stays.
+/// Min mean cosine between the normals of a part and the line of sight. A part with less could be seen by no sensor: it
+/// goes on where the surface turned out of sight, as between a leg and a tail. Its triangles that face a sensor stay.
 constexpr double minFacing = .17;
 
 constexpr float unknown = -1, asked = -2; ///< squared distances of vertices before and during a search
@@ -132,7 +132,7 @@ void HoleFinder::describe(const std::vector<std::uint8_t>& keep, TrimResult& res
   }
 }
 
-/// Numbers the edge-connected sets of these triangles. \param groupOf negative for all others \return how many
+/// Numbers the edge-connected sets of these triangles. \param groupOf negative for all others \return their number
 std::int32_t HoleFinder::group(const std::vector<std::int32_t>& triangles, std::vector<std::int32_t>& groupOf) const
 {
   std::vector<std::uint8_t> isMember(mesh_.triangles.size(), 0);
@@ -142,7 +142,7 @@ std::int32_t HoleFinder::group(const std::vector<std::int32_t>& triangles, std::
   return groupTriangles(mesh_, isMember, execution_, groupOf, isTorn);
 }
 
-/// Measures the regions for which `needs` holds.
+/// Measures the reach of the regions for which `needs` holds.
 template <typename Needs>
 void HoleFinder::measureReach(const std::vector<std::int32_t>& regionOf, const Needs& needs,
                               std::vector<Region>& regions)
@@ -166,7 +166,7 @@ void HoleFinder::findRegions()
   regions_.assign(group(unsupported_, regionOf_), {});
   isOnBoundary_.assign(mesh_.vertices.size(), 0);
 
-  // What is beside the regions: all triangles with a corner there have their say about the edges.
+  // Flags all triangles with a corner in a region, as they share the region's edges.
   std::vector<std::uint8_t> isNear(mesh_.vertices.size(), 0), isMember(mesh_.triangles.size());
   std::vector<std::int32_t> vertices;
   for (const std::int32_t t : unsupported_)
@@ -237,8 +237,8 @@ void HoleFinder::compareWithRims()
     regions_[r].outgrowsRim = extents[r].ofRest > maxOutgrowth * maxOutgrowth * extents[r].ofRim;
 }
 
-/// Those whose component stays open even if all of its holes are filled, or of which so much would be filled that it is
-/// the back of what was seen from one side.
+/// Finds the regions whose component stays open even if all of its holes are filled, or would get fillings of more than
+/// maxFilled of its area.
 void HoleFinder::findOpenRegions(double maxHole)
 {
   std::vector<std::int32_t> componentOf;
@@ -262,7 +262,7 @@ void HoleFinder::findOpenRegions(double maxHole)
     isOpen_[regionOf_[t]] = isOpenComponent[componentOf[t]];
 }
 
-/// Keeps what a closing fills of the triangles that are left.
+/// Keeps those of the other triangles that a morphological closing fills.
 void HoleFinder::keepGaps(double gap, std::vector<std::uint8_t>& keep)
 {
   std::vector<std::uint8_t> isSheet(mesh_.triangles.size(), 0);
@@ -295,7 +295,7 @@ void HoleFinder::keepGaps(double gap, std::vector<std::uint8_t>& keep)
   }
 }
 
-/// The support reaches beyond the data, but a hole is as wide as the data are apart.
+/// Rim vertices with their distances from the data: a hole is as wide as the data are apart; support reaches farther.
 std::vector<RimVertex> HoleFinder::describeRim(const std::vector<std::int32_t>& vertices)
 {
   nearest_.find(vertices);
@@ -316,15 +316,15 @@ std::vector<std::int32_t> HoleFinder::fillings(const std::vector<std::uint8_t>& 
   return kept;
 }
 
-/// True if its first vertex is farther from the points than so many local spacings. \pre that was searched for
+/// True if the triangle's first vertex is farther from the points than some local spacings. \pre it was searched for
 bool HoleFinder::isBeyond(std::int32_t triangle, float spacings) const
 {
   const std::int32_t first = mesh_.triangles[triangle][0];
   return std::sqrt(nearest_.squaredDistance(first)) > spacings * points_.spacings[nearest_.point(first)];
 }
 
-/// Drops what a sensor saw through; but the filling of a hole of a closed surface goes as a whole, if most of it was
-/// seen through, or stays.
+/// Drops triangles that a sensor saw through. But the filling of a hole of a closed surface is dropped or kept as a
+/// whole: it is dropped if most of it was seen through.
 void HoleFinder::dropSeenThrough(std::vector<std::uint8_t>& keep)
 {
   const std::vector<std::int32_t> kept = fillings(keep);
@@ -358,9 +358,9 @@ Eigen::Vector3f HoleFinder::normalOf(std::int32_t triangle) const
   return (mesh_.vertices[corners[1]] - a).cross(mesh_.vertices[corners[2]] - a).normalized();
 }
 
-/// Drops parts of fillings that turn away from the surface around them, and of parts that no sensor could see what
-/// turns away from all. \param from a part is what is farther than this from the points, in local spacings
-/// \param ifBeyond only parts that get farther than this are dropped
+/// Drops parts of fillings that turn away from the surface around them. In parts that no sensor could see, it drops the
+/// triangles that face no sensor. \param from parts are formed by triangles farther than this from the points, in local
+/// spacings \param ifBeyond only parts that get farther than this are dropped
 void HoleFinder::dropDoubtful(float from, float ifBeyond, std::vector<std::uint8_t>& keep)
 {
   std::vector<std::int32_t> judged;
@@ -371,7 +371,7 @@ void HoleFinder::dropDoubtful(float from, float ifBeyond, std::vector<std::uint8
     return;
   struct Part {
     bool isWide = false;
-    double turned = 0, unseen = 0; ///< integrals of what lacks of the least cosine
+    double turned = 0, unseen = 0; ///< integrals over the area of min cosine − cosine
   };
   const Viewpoints viewpoints(points_);
   std::vector<std::int32_t> partOf;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// What of a mesh fills holes and gaps of the surface that data support, and what is extrapolation (trimming).
+/// Tells triangles that fill holes and gaps of the surface supported by data from extrapolation (trimming).
 #pragma once
 
 #include "trimming/closing.h"
@@ -16,16 +16,16 @@
 
 namespace pcl::mrf {
 
-/// How wide what is filled may be, cloud's unit.
+/// Max widths of fillings, cloud's unit.
 struct FillingLimits {
-  double hole; ///< where filling closes the surface
-  double gap;  ///< elsewhere
-  /// What outgrows its rim, turns away from the surface around it, or is denied by lines of sight, is filled like the
-  /// rest. Else the first is not, and the others, if the points have spacings, only where they are narrow by those.
+  double hole; ///< if filling closes the surface
+  double gap;  ///< if it stays open
+  /// True: fillings are kept even if they outgrow their rim, turn away from the surface around, or sensors saw through
+  /// them. False: the first are dropped; the others, if points have spacings, only where they are wide in those.
   bool closesBridges;
 };
 
-/// The nearest data points of vertices, each searched for once.
+/// The nearest data point of each vertex that was asked for, searched once.
 class NearestPoints {
 public:
   NearestPoints(const TriangleMesh& mesh, const NeighborSearch& search, Execution& execution)
@@ -47,10 +47,10 @@ private:
   std::vector<std::int32_t> points_;
 };
 
-/// Tells fillings of holes from extrapolation, as trim describes it. All arrays go by the mesh's triangles.
+/// Tells fillings of holes from extrapolation, as trim() describes it. Flags are one per triangle of the mesh.
 class HoleFinder {
 public:
-  /// \param supported triangles that data support \pre the arguments outlive this
+  /// \param supported flags of triangles that data support \pre the arguments outlive this
   HoleFinder(const TriangleMesh& mesh, const std::vector<std::uint8_t>& supported, const OrientedPoints& points,
              const NeighborSearch& search, Execution& execution);
 
@@ -94,11 +94,11 @@ private:
   const OrientedPoints& points_;
   Execution& execution_;
   NearestPoints nearest_;
-  std::vector<std::int32_t> unsupported_; ///< triangles, ascending: most meshes have few, and the rest is not visited
+  std::vector<std::int32_t> unsupported_; ///< triangles, ascending: most meshes have few
   std::vector<Region> regions_;
-  std::vector<std::int32_t> regionOf_;     ///< of the triangles, negative where they are supported
-  std::vector<std::uint8_t> isOnBoundary_; ///< by vertex, of unsupported triangles: the mesh ends there
-  std::vector<std::uint8_t> isOpen_;       ///< regions on components that filling does not close
+  std::vector<std::int32_t> regionOf_;     ///< per triangle; negative for supported ones
+  std::vector<std::uint8_t> isOnBoundary_; ///< per vertex of unsupported triangles: the mesh ends there
+  std::vector<std::uint8_t> isOpen_;       ///< per region: filling does not close its component
 };
 
 } // namespace pcl::mrf

@@ -8,14 +8,14 @@
 namespace pcl::mrf {
 namespace {
 
-/// As far as a point stands for the surface around it, in its spacings.
+/// Radius of the surface for which a point stands, in its spacings.
 constexpr float cover = 2;
 
-/// Points next to a line of sight that are looked at. More than one, because at a silhouette the nearest may lie
+/// Number of points next to a line of sight that are tested. More than one, because at a silhouette the nearest may be
 /// behind.
 constexpr int besideSight = 12;
 
-/// Of more sensors, as of a scanner on the move, it would take too long to ask each what it saw through.
+/// Max number of sensors. More, as of a scanner on the move, would take too long.
 constexpr std::size_t maxViews = 256;
 
 /// What one sensor saw.
@@ -33,7 +33,7 @@ public:
       // Where the line of sight meets the point's tangent plane, seen from the place.
       const Eigen::Vector3f point = points_.positions[i] - place.position;
       const float facing = points_.normals[i].dot(direction);
-      const float behind = points_.normals[i].dot(point) / facing; // if not finite: beside
+      const float behind = points_.normals[i].dot(point) / facing; // not finite if parallel: no hit
       return facing < 0 && behind > place.margin && (behind * direction - point).norm() < cover * points_.spacings[i];
     });
   }

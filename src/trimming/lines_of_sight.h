@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// Where no surface can be: in front of what a sensor saw.
+/// Finds where no surface can be: in front of what a sensor saw.
 #pragma once
 
 #include <pcl/surface/mrf/execution.h>
@@ -14,12 +14,12 @@ namespace pcl::mrf {
 
 struct Place {
   Eigen::Vector3f position;
-  float margin; ///< what is behind it by less denies nothing, cloud's unit
+  float margin; ///< points that are behind it by less do not count, cloud's unit
 };
 
-/// Flags of the places that one of points.sensors saw a point through: the line of sight passes the place and then,
-/// within two spacings of it, measured in its tangent plane, a point that faces the sensor. Of several sensors
-/// points.views tell which one saw the point; without them, and of more than 256, nobody did.
+/// Flags of the places through which one of points.sensors saw a point that faces it: behind the place, the line of
+/// sight meets the point's tangent plane within two spacings of the point. With several sensors points.views tell which
+/// one saw a point; without views, and with more than 256 sensors, no place is flagged.
 /// \pre points.spacings is not empty
 ///
 /// Cost: for each sensor n log n for its n points, and a query per place.

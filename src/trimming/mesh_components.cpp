@@ -15,10 +15,10 @@ namespace {
 
 constexpr float infinity = std::numeric_limits<float>::infinity();
 
-/// Vertices with support of a component that are asked for the points behind it.
+/// Max number of supported vertices per component whose nearest points are tested.
 constexpr std::size_t maxAsked = 1024;
 
-/// Of each component some vertices with support, spread evenly over them.
+/// Some supported vertices of each component, spread evenly over all of them.
 std::vector<std::vector<std::int32_t>>
 pickVertices(const TriangleMesh& mesh, const std::vector<std::int32_t>& componentOf, std::size_t components)
 {
@@ -42,11 +42,11 @@ pickVertices(const TriangleMesh& mesh, const std::vector<std::int32_t>& componen
   return picked;
 }
 
-/// Counts the points that support a component of the mesh. A point stands behind it if no other component is closer; it
-/// is coherent if the normals of a third of its neighbors that stand there, and of two at least, agree with its
-/// own, which outliers' do not. It is apart if those two are closer than any other component, so that no other surface
-/// accounts for it, and not too far away beside the spacing of the points of others next to them: outliers that happen
-/// to be neighbors are, and estimated normals agree among any of those.
+/// Counts the points that support a component of the mesh. A point is behind a component if no other one is closer. It
+/// is coherent if a third of its neighbors behind the component, and two at least, have normals that agree with its
+/// own; outliers have no such neighbors. It is apart if these two are closer than any other component, so that no other
+/// surface accounts for it, and within some spacings of the points behind other components next to it: outliers that
+/// happen to be neighbors are farther away, and estimated normals agree among any of those.
 class ComponentSupport {
 public:
   ComponentSupport(const TriangleMesh& mesh, const OrientedPoints& points, const NeighborSearch& search,
@@ -95,10 +95,10 @@ private:
     return componentOfVertex_[scratch.indices.front()];
   }
 
-  /// Of the neighbors of a point.
+  /// The neighbors of a point.
   struct Company {
-    float reach = 0; ///< distance of the second that stands there and agrees; 0 if not two do, or not a third of them
-    float spacingBeside = infinity; ///< smallest spacing of those that stand behind another component
+    float reach = 0; ///< distance of the second agreeing one behind the component; 0 if the point is not coherent
+    float spacingBeside = infinity; ///< min spacing of those behind another component
   };
 
   Company findCompany(int point, std::int32_t component, Neighbors& scratch) const
@@ -136,7 +136,7 @@ private:
   /// Cosine of 40°: one in nine pairs of random directions agrees, one in 70 triples.
   static constexpr float minAgreement = .766f;
 
-  static constexpr float maxReach = 6; ///< spacings: clumps of outliers mostly reach farther
+  static constexpr float maxReach = 6; ///< in spacings; clumps of outliers mostly reach farther
 
   const TriangleMesh& mesh_;
   const OrientedPoints& points_;
@@ -145,10 +145,10 @@ private:
   std::vector<std::int32_t> componentOfVertex_;
 };
 
-/// As few coherent points make a surface where there is no other: a lone corner of a range scan, a strip of one line.
+/// Min number of coherent points apart in a surface, such as a lone corner or a strip of one line of a range scan.
 constexpr std::size_t minPointsApart = 3;
 
-/// The components that too few points support, however large they are.
+/// Flags of the components that too few points support, however large they are.
 std::vector<std::uint8_t> findPoorComponents(const TriangleMesh& mesh, const OrientedPoints& points,
                                              const NeighborSearch& search, const std::vector<std::int32_t>& componentOf,
                                              std::size_t components, std::size_t min, Execution& execution)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// Which components of a mesh have points that speak for them (trimming).
+/// Finds the components of a mesh that enough points support (trimming).
 #pragma once
 
 #include <pcl/surface/mrf/execution.h>
@@ -19,11 +19,11 @@ struct ObservedMesh {
   const std::vector<std::uint8_t>& supported;
 };
 
-/// Clears the flags of the triangles in components that too few points speak for or with too little supported area; the
-/// largest one, by that area, always stays.
-/// \param keep flags of the triangles that there are
+/// Clears the flags of the triangles in components that too few points support. The component with the largest
+/// supported area always stays.
+/// \param keep flags of the triangles that form the components
 /// \param isTorn receives whether the kept triangles around some vertex fall into several fans
-/// \return how many components it dropped
+/// \return the number of components that it dropped
 std::int64_t dropSmallComponents(const ObservedMesh& observed, const OrientedPoints& points,
                                  const NeighborSearch& search, const TrimmingOptions& options,
                                  std::vector<std::uint8_t>& keep, bool& isTorn, Execution& execution);

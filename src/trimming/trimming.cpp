@@ -77,7 +77,7 @@ TrimResult trim(TriangleMesh mesh, const OrientedPoints& points, const NeighborS
   const auto isSet = [](std::uint8_t flag) { return flag != 0; };
   if (std::all_of(supported.begin(), supported.end(), isSet)) {
     result.statistics = measure(mesh, execution);
-    if (isOnePiece(*result.statistics)) { // as most large ones are: the rest would ask for memory, and find nothing
+    if (isOnePiece(*result.statistics)) { // as most large ones are: the rest would take memory and find nothing
       result.mesh = std::move(mesh);
       return result;
     }
@@ -95,7 +95,7 @@ TrimResult trim(TriangleMesh mesh, const OrientedPoints& points, const NeighborS
   if (!keepsAll || !isOnePiece(*result.statistics))
     result.componentsDropped = dropSmallComponents({mesh, supported}, points, search, options, keep, isTorn, execution);
   if (result.statistics && (result.componentsDropped > 0 || isTorn || result.statistics->unusedVertices > 0))
-    result.statistics.reset(); // not those of what is left
+    result.statistics.reset(); // these hold for the mesh before
 
   for (std::size_t t = 0; t < keep.size(); ++t)
     if (!keep[t] && hasValidIndices(mesh, t))

@@ -11,22 +11,22 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// Normals that are asked, spread evenly over the cloud, and sensors: of more, as of a scanner on the move, those
-/// between see much the same.
+/// Max number of normals, spread evenly over the cloud, and of sensors. If there are more sensors, as of a scanner on
+/// the move, those between see much the same.
 constexpr std::size_t maxNormals = 10000, maxSensors = 256;
 
-/// The share of them that turn away most. Where a sensor's view ends they are edge-on, all around it, so that they tell
-/// its direction better than the mean of all normals does.
+/// Share of the normals that count as those that turn away most. Where a sensor's view ends, normals are edge-on, all
+/// around it, so that these tell its direction better than the mean of all normals does.
 constexpr std::size_t turnedShare = 50; // one in
 
-/// Their least mean cosine: in these views the hundredth of all normals, about their median, was at -.01 to .44, and a
-/// second view 40° from the first, up to grazing angles of 80°, brings it to -.17.
+/// Min mean cosine of these normals to a direction of view. In single views their median (the first percentile of all
+/// normals) was -.01 to .44; a second view 40° from the first, up to grazing angles of 80°, brings it to -.17.
 constexpr double minTurned = -.1;
 
-/// One in so many normals may turn away from all sensors by a wrong side; if more do, these did not see the points.
+/// One in this many normals may turn away from all sensors, by a wrong sign; if more do, no sensor saw the points.
 constexpr std::size_t wrongShare = 10;
 
-/// Of n at most so many, spread evenly.
+/// At most `most` of the indices 0 to n - 1, spread evenly.
 std::vector<std::size_t> pick(std::size_t n, std::size_t most)
 {
   std::vector<std::size_t> picked(std::min(n, most));
@@ -50,8 +50,8 @@ Vector3d meanTurned(const std::vector<Vector3d>& normals, const Vector3d& direct
   return sum / static_cast<double>(end - scratch.begin());
 }
 
-/// The direction from which the normals that turn away most turn least: the maximum of a concave function, climbed by
-/// its subgradients.
+/// The direction with the largest mean cosine of the normals that turn away from it most: a concave function, which is
+/// maximized by its subgradients. Nothing if that cosine is below minTurned.
 std::optional<Eigen::Vector3f> commonDirection(const std::vector<Eigen::Vector3f>& all)
 {
   constexpr int steps = 100;

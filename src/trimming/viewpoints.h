@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// From where the points were seen.
+/// The directions from which the points were seen.
 #pragma once
 
 #include <pcl/surface/mrf/point_set.h>
@@ -11,15 +11,15 @@
 
 namespace pcl::mrf {
 
-/// The sensors, or 256 of them, if the points face them; where none are given, the direction of a single far one that
-/// saw all points, if there can have been one.
+/// The sensors, or 256 of them, if the points face them. If no sensors are given: the direction of one far sensor that
+/// may have seen all points, if there is one.
 class Viewpoints {
 public:
   explicit Viewpoints(const OrientedPoints& points);
 
   bool areKnown() const;
 
-  /// Cosine between the normal of a place and the line of sight to it that meets it most squarely: near 0 or below, no
+  /// Max cosine between the normal at a position and the directions from there to the sensors: near 0 or below, no
   /// sensor could see a surface there. \pre areKnown()
   float facing(const Eigen::Vector3f& position, const Eigen::Vector3f& normal) const;
 

@@ -20,13 +20,13 @@ namespace {
 
 using VoxelIndex = CellHash::Cell;
 
-/// Voxels around the field's lattice: a mesh that reaches its border is closed outside of it.
+/// Voxels added on each side of the field's lattice: a mesh that reaches its border is closed outside of it.
 constexpr int voxelsAround = 2;
 
-/// Distances per winding number in voxels: as steep as the field is at one voxel from a rim.
+/// Distance in voxels per unit of the winding number: as steep as the field is at one voxel from a rim.
 constexpr double steepness = 6.3;
 
-/// Triangles that are asked whether the mesh bounds a body or a hollow.
+/// Max number of triangles by which a hollow is told from a body.
 constexpr std::size_t askedOfLevel = 4096;
 
 Lattice withVoxelsAround(Lattice lattice)
@@ -42,11 +42,11 @@ Eigen::Vector3f centerOf(const TriangleMesh& mesh, const Triangle& t)
   return (mesh.vertices[t[0]] + mesh.vertices[t[1]] + mesh.vertices[t[2]]) / 3;
 }
 
-/// A mesh bounds a hollow if it takes up more than three quarters of the view from its outer side, in the mean: then
-/// the winding number halfway between the two sides is below this.
+/// A mesh bounds a hollow if it fills more than three quarters of the view from its outer side, in the mean: then the
+/// mean of the winding numbers on its two sides is below this.
 constexpr double ofHollow = -.25;
 
-/// The level of the winding number that closes the mesh: halfway between those of the two sides of a closed one.
+/// The level of the winding number that closes the mesh: halfway between the values on both sides of a closed mesh.
 double levelOf(const TriangleMesh& mesh, const WindingNumber& winding, double voxelSize)
 {
   const std::size_t step = mesh.triangles.size() / askedOfLevel + 1;
@@ -123,7 +123,7 @@ private:
       visit(VoxelIndex(cell + VoxelIndex(n & 1, n >> 1 & 1, n >> 2)));
   }
 
-  /// Adds a cell to a list, if it was in none before.
+  /// Adds a cell to a list, unless it was added to one before.
   void add(const VoxelIndex& cell, std::vector<VoxelIndex>& cells)
   {
     if (const std::size_t before = cells_.size(); cells_.add(cell) == before)
@@ -139,8 +139,8 @@ private:
     });
   }
 
-  /// Sets the values of the voxels from this number on; two layers at the lattice's border are outside of everything,
-  /// so that the sheet stays in it however far off the winding numbers are.
+  /// Sets the values of the voxels from this number on. In two layers at the lattice's border the winding number is set
+  /// to 0, as far from the mesh, so that the sheet stays in the lattice however inexact the winding numbers are.
   void evaluate(std::size_t first)
   {
     forEachPolling<std::size_t>(execution_, values_.size() - first, grain, [&](std::size_t n) {
@@ -153,7 +153,7 @@ private:
     });
   }
 
-  /// Values at the corners of cells that the zero level cuts, and \return the cells beside them that it goes on in.
+  /// Sets the values at the corners of cells that the zero level cuts. \return the new cells beside them that it cuts
   std::vector<VoxelIndex> next(const std::vector<VoxelIndex>& cells)
   {
     const std::size_t first = values_.size();
@@ -176,7 +176,7 @@ private:
     return result;
   }
 
-  /// Values around the cells from this number on, so that the field has gradients there.
+  /// Sets the values around the cells from this number on, so that the field has gradients there.
   void addSurroundings(std::size_t first)
   {
     const std::size_t before = values_.size();
@@ -188,7 +188,7 @@ private:
     evaluate(before);
   }
 
-  /// Cells that were not asked for, of which all corners are known, and which the zero level cuts.
+  /// Cells that were not added yet, whose corners are all known, and which the zero level cuts.
   std::vector<VoxelIndex> missed()
   {
     std::vector<VoxelIndex> result;

@@ -19,12 +19,12 @@ namespace pcl::mrf {
 namespace {
 
 constexpr std::size_t maxBalls = 24;
-constexpr int attempts = 8;          ///< places that are tried for each
+constexpr int attempts = 8;          ///< candidate centers per ball
 constexpr double ballRadius = 11;    ///< voxels
-constexpr double margin = 3;         ///< voxels at a ball's rim where the field is not what it would be in the cloud
-constexpr std::size_t pairEach = 20; ///< points, one of which begins a pair
+constexpr double margin = 3;         ///< voxels at a ball's rim where the field differs from the whole cloud's
+constexpr std::size_t pairEach = 20; ///< one of so many points begins a pair
 
-/// Places for balls that do not overlap much.
+/// Centers of balls that do not overlap much.
 std::vector<Eigen::Vector3f> spreadCenters(const std::vector<Eigen::Vector3f>& positions, double distance)
 {
   std::mt19937 random(2);
@@ -38,7 +38,7 @@ std::vector<Eigen::Vector3f> spreadCenters(const std::vector<Eigen::Vector3f>& p
   return centers;
 }
 
-/// One of the balls: the points in it that the field sees, and the pairs that it does not.
+/// A ball: its points without the held-out ones, and the held-out pairs.
 class Ball {
 public:
   Ball(const OrientedPoints& points, const NeighborSearch& search, const Eigen::Vector3f& center, double voxelSize)
@@ -92,14 +92,14 @@ public:
   }
 
 private:
-  /// The point beside another one, seen along its normal: the nearest one in space of a noisy cloud is one whose noise
-  /// is about the same.
+  /// The nearest point in the tangent plane of a point: the nearest one in space of a noisy cloud has about the same
+  /// noise.
   static std::size_t besides(std::size_t i, const OrientedPoints& points, const NeighborSearch& search,
                              Neighbors& found)
   {
-    constexpr int asked = 64; // in noise of two spacings the nearest 16 still share it
+    constexpr int asked = 64; // under noise of two spacings, the nearest 16 still share it
     search.nearest(points.positions[i], asked, found);
-    // On a lattice several are as near, and the search lists first the one whose noise is about the same.
+    // On a lattice several points are equally near, and the search lists the one with about the same noise first.
     std::sort(found.indices.begin(), found.indices.end());
     std::size_t best = i;
     float min = std::numeric_limits<float>::infinity();

@@ -9,17 +9,18 @@
 namespace pcl::mrf {
 namespace {
 
-/// Radii of the discs, in that of the widest opening.
+/// Radii of the discs, in radii of the widest opening.
 constexpr float radii[] = {1, .71f, .5f};
 
-/// Of one radius: discs, the share of the points in them, and how many places are tried.
+/// For each radius: maximum number of discs, maximum share of the points in them, and number of places that are tried.
 constexpr std::size_t maxPatches = 16;
 constexpr double maxShareOfPoints = 1. / 36;
 constexpr int attempts = 160;
 
-constexpr float apart = 1.3f; ///< between discs, and from openings, in radii from center to rim
+/// Minimum distance between discs, and from a disc's center to openings, in radii (of two discs: in their sum).
+constexpr float apart = 1.3f;
 
-/// The points of the sheet around one that are closer than the radius. What faces away is another sheet.
+/// The points within the radius of a point that are on its sheet. Points that face away are on another sheet.
 std::vector<std::uint32_t> pointsOfDisc(const OrientedPoints& points, const NeighborSearch& search, std::size_t center,
                                         float radius, Neighbors& found)
 {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// Discs of points that are left out to learn how well openings of the same sizes are filled.
+/// Discs of points that are left out, to learn how well openings of the same sizes are filled.
 #pragma once
 
 #include <pcl/surface/mrf/execution.h>
@@ -11,7 +11,7 @@
 
 namespace pcl::mrf {
 
-/// Points of a cloud that are left out, all of one sheet.
+/// A disc of points that are left out, all of one sheet.
 struct Patch {
   Eigen::Vector3f center;
   float radius; ///< cloud's unit
@@ -21,15 +21,15 @@ struct Patch {
 /// The openings of a surface: its vertices without support.
 struct Openings {
   std::vector<Eigen::Vector3f> vertices;
-  float largest = 0; ///< the largest distance of one to the nearest point, cloud's unit
+  float largest = 0; ///< largest distance from a vertex to its nearest point, cloud's unit
 
-  /// \param distance of a vertex of the mesh to the nearest point; 0: it has support
+  /// Adds a vertex of the mesh if it has no support. \param distance to its nearest point; 0 if it has support
   void add(const Eigen::Vector3f& vertex, float distance);
 };
 
-/// Discs as wide as the widest opening, and some narrower by up to half, apart from each other and from the openings;
-/// at most a twelfth of the points in all. None if even one of the narrowest has too many points.
-/// \param narrowest radius below which the points around a disc support what is in it, cloud's unit
+/// Chooses discs as wide as the widest opening and narrower ones, down to half of that, apart from each other and from
+/// the openings; at most a twelfth of the points in all. No discs if even one of the narrowest has too many points.
+/// \param narrowest minimum radius, cloud's unit: the points around a narrower disc would support the surface in it
 /// The result depends on the points alone. Cost: a few hundred searches.
 std::vector<Patch> choosePatches(const OrientedPoints& points, const NeighborSearch& search, const Openings& openings,
                                  float narrowest, Execution& execution);

@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::int64_t surfaceGrain = 8192;
 
-/// \param values of the drawn surfaces, two at least \param halfWidth of 95 % of them, in standard deviations
+/// \param values of at least two drawn surfaces \param halfWidth half of the 95 % interval, in standard deviations
 SampledQuantity describe(const std::vector<double>& values, double halfWidth)
 {
   SampledQuantity result;
@@ -31,7 +31,7 @@ SampledQuantity describe(const std::vector<double>& values, double halfWidth)
   return result;
 }
 
-/// Moves the vertices by draws.
+/// Computes the displacements of the vertices by the draws.
 class Displacement {
 public:
   Displacement(const std::vector<PieceDraws>& draws, double offset, const TriangleMesh& mesh, Execution& execution)
@@ -48,7 +48,7 @@ public:
 
   std::size_t count() const { return draws_.empty() ? 0 : draws_.front().draws.size(); }
 
-  /// The distances that a draw moves the vertices along their normals.
+  /// The distances that a draw moves the vertices along their normals, cloud's unit.
   std::vector<float> of(std::size_t draw) const
   {
     std::vector<float> distances(mesh_.vertices.size(), 0);
@@ -67,13 +67,13 @@ private:
               [&](std::size_t i) { body(draws_[n], static_cast<std::size_t>(vertices_[n][i])); });
   }
 
-  /// Of the mesh on which a draw puts the offset.
+  /// The sign of a draw's offset.
   static float side(std::size_t draw) { return draw % 2 == 0 ? 1.f : -1.f; }
 
-  /// Sets what a vertex makes of a draw, so that the mean square of its distances is σ².
+  /// Sets a vertex's factor of the draws and its offset, so that the mean square of its distances is σ².
   void setFactors(const std::vector<DistanceField>& draws, float shared, std::size_t v)
   {
-    constexpr float most = .9f; // of sigma: what all share is one part of it
+    constexpr float most = .9f; // maximum part of sigma that the shared offset may take
     const float sigma = mesh_.sigmas[v], offset = std::min(shared, most * sigma);
     float squares = 0, sides = 0;
     for (std::size_t n = 0; n < draws.size(); ++n) {
@@ -86,7 +86,7 @@ private:
     if (!(deviation > 0))
       return;
     const float factor = std::sqrt(sigma * sigma - offset * offset) / deviation;
-    // Of a few draws the part that all share and the rest are not quite independent.
+    // With few draws, the shared offset and the rest are correlated.
     const float square = sigma * sigma - 2 * offset * factor * sides / count;
     const float scale = square > 0 ? sigma / std::sqrt(square) : 1;
     factors_[v] = scale * factor;
@@ -96,12 +96,12 @@ private:
   const std::vector<PieceDraws>& draws_;
   const TriangleMesh& mesh_;
   Execution& execution_;
-  std::vector<std::vector<std::int32_t>> vertices_; ///< of each piece
-  std::vector<float> factors_;                      ///< of the draws
-  std::vector<float> offsets_;                      ///< that all vertices share, on one side or on the other
+  std::vector<std::vector<std::int32_t>> vertices_; ///< vertices of each piece
+  std::vector<float> factors_;                      ///< factor of the draws, by vertex
+  std::vector<float> offsets_;                      ///< shared offset by vertex, on either side
 };
 
-/// A triangle of a moved mesh.
+/// A triangle of a moved mesh, and its normals.
 struct MovedTriangle {
   std::array<Eigen::Vector3d, 3> corners, normals;
 
@@ -118,7 +118,7 @@ struct MovedTriangle {
 
   double volume() const { return corners[0].dot(corners[1].cross(corners[2])) / 6; }
 
-  /// Between the triangle and the surface that its corners are on.
+  /// The volume between the triangle and the curved surface through its corners.
   double volumeOfBulge() const { return area() * meanBulge(corners, normals); }
 };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// Surfaces that sigma allows for: the mesh, moved by draws from the posterior, see src/method.md, "Error bars".
+/// Plausible surfaces: the mesh, moved by draws from the posterior as sigma allows, see src/method.md, "Error bars".
 #pragma once
 
 #include "uncertainty/uncertainty.h"
@@ -16,14 +16,14 @@
 
 namespace pcl::mrf {
 
-/// How many draws are made.
+/// The number of draws.
 inline int numberOfDraws(const UncertaintyOptions& options)
 {
   return std::max(options.samples, options.surfaces);
 }
 
-/// Mean height over a triangle of the paraboloid through its corners that is perpendicular to the normals there: amid
-/// an edge it is as high as the arc whose ends have these normals, and a third of the area stands for each edge.
+/// Mean height over a triangle of the paraboloid through its corners that is perpendicular to the normals there. The
+/// middle of an edge is as high as the arc whose ends have these normals; an edge stands for a third of the area.
 inline double meanBulge(const std::array<Eigen::Vector3d, 3>& corners, const std::array<Eigen::Vector3d, 3>& normals)
 {
   double heights = 0;
@@ -34,23 +34,23 @@ inline double meanBulge(const std::array<Eigen::Vector3d, 3>& corners, const std
   return heights / 3;
 }
 
-/// Half of the width of an interval of 95 %, in standard deviations: 1.96 for many degrees of freedom.
+/// Half of the width of a 95 % interval, in standard deviations, by Student's t: 1.96 for many degrees of freedom.
 double studentHalfWidth(double freedom);
 
-/// The vertices that lie in, or nearest to, each of the volumes.
+/// For each volume, the vertices that are in it or nearest to it.
 std::vector<std::vector<std::int32_t>> nearestVolumes(const std::vector<Eigen::Vector3f>& vertices,
                                                       const std::vector<BoundingBox>& volumes);
 
 /// A mesh with normals and sigmas.
 struct SampledMesh {
   const TriangleMesh& mesh;
-  bool isClosed; ///< it has a volume
-  bool isFitted; ///< its triangles, not their corners, are on the surface in the mean, see RemesherOptions::fit
+  bool isClosed; ///< the mesh is closed: it has a volume
+  bool isFitted; ///< triangles, not vertices, are on the surface in the mean, see RemesherOptions::fit
 };
 
-/// Measures the surface of each draw, and keeps some. \param offset UncertaintyReport::offset, which is a part of
-/// sigma that all vertices of a draw share \param kept how many of the surfaces to return
-/// \param shape receives what was measured \return distances along the normals, by surface and vertex
+/// Measures the surface of each draw, and returns the first ones. \param offset UncertaintyReport::offset, a part of
+/// sigma that all vertices of a draw share \param kept number of surfaces to return
+/// \param shape receives the measurements \return distances along the normals, by surface and vertex
 /// The result does not depend on the number of threads. Memory: a float per vertex, and one for each surface kept.
 std::vector<std::vector<float>> samplePlausibleSurfaces(const std::vector<PieceDraws>& draws, double offset,
                                                         const SampledMesh& sampled, int kept, SampledShape& shape,

@@ -10,14 +10,14 @@
 namespace pcl::mrf {
 namespace {
 
-/// Voxels, or numbers, per piece.
+/// Voxels, or random numbers, per piece of parallel work; even.
 constexpr std::int64_t drawGrain = 1 << 14;
 
-/// The first numbers of a kind.
+/// The first random numbers of a kind.
 std::vector<float> drawOf(NormalDraws::Kind kind, std::int64_t count, const NormalDraws& draws, Execution& execution)
 {
   std::vector<float> values(count);
-  execution.forRange(count, drawGrain, [&](std::int64_t begin, std::int64_t end) { // it is even
+  execution.forRange(count, drawGrain, [&](std::int64_t begin, std::int64_t end) { // begin is even
     for (std::int64_t v = begin; v < end; v += 2) {
       const std::array<float, 2> pair = draws.pair(kind, static_cast<std::uint64_t>(v / 2));
       values[v] = pair[0];
@@ -28,10 +28,10 @@ std::vector<float> drawOf(NormalDraws::Kind kind, std::int64_t count, const Norm
   return values;
 }
 
-/// Dᵀξ: each edge adds its number where it starts and takes it off where it ends.
+/// Dᵀξ: each edge adds its number at its start and subtracts it at its end.
 std::vector<double> drawOfDifferences(const GridSize& size, const NormalDraws& draws, Execution& execution)
 {
-  // Three of each voxel, along x, y and z; what leads out of the grid is not used.
+  // Three edges per voxel, along x, y and z; edges that lead out of the grid are not used.
   const std::vector<float> edges = drawOf(NormalDraws::Kind::edges, 3 * size.count(), draws, execution);
   std::vector<double> values(size.count());
   const auto stride = static_cast<std::size_t>(size.x), plane = static_cast<std::size_t>(size.planeCount());
@@ -56,7 +56,7 @@ std::vector<double> laplacianOf(const GridSize& size, const std::vector<double>&
   execution.forRange(size.z, 1, [&](std::int64_t plane, std::int64_t) {
     const auto z = static_cast<int>(plane);
     for (int j = 0; j < size.y; ++j) {
-      const auto row = [&](int y, int above) { // the row itself at the grid's border
+      const auto row = [&](int y, int above) { // at the grid's border: the row itself
         return x.data() + size.index(0, std::clamp(y, 0, size.y - 1), std::clamp(above, 0, size.z - 1));
       };
       const double *const center = row(j, z), *const south = row(j - 1, z), *const north = row(j + 1, z),
@@ -108,7 +108,7 @@ std::vector<float> drawOfPosterior(const std::vector<SolverGrid>& grids, const G
   const PackedValues eta = drawOfTerms(grids.front(), size, prior, draws, execution);
   std::vector<float> result(size.count(), 0);
   SolverOptions solver;
-  solver.changeTolerance = 0; // of all voxels near the zero level, which a draw does not have
+  solver.changeTolerance = 0; // this tolerance is for voxels near a zero level, which a draw does not have
   LevelPlan plan{steps};
   plan.threads = execution.threads();
   solveOnGrids({grids, prior, grids.front().voxels, &eta}, plan, solver, 1, result.data(), execution);

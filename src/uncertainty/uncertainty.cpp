@@ -15,24 +15,24 @@
 namespace pcl::mrf {
 namespace {
 
-/// What was learnt on simulated scans, see SigmaModel.
+/// Factors that were fitted to simulated scans, see SigmaModel.
 struct LearntFactors {
-  double measured;      ///< σ amid data over what the pairs share: with all points there is less to bridge
-  double bias;          ///< σ² over the squared distance to the points, where that is more than their noise
-  double errorPerNoise; ///< σ amid data over the noise, where it rules
-  double fillings;      ///< σ in fillings over what the coarse grid's fillings of discs are off by
-  double perChange;     ///< f over the RMS change by refinement, and over the noise, where no disc tells
+  double measured;      ///< σ amid data over the error that pairs share: with all points the error is smaller
+  double bias;          ///< share in σ² of the squared distance to the points, as far as that exceeds their noise
+  double errorPerNoise; ///< σ amid data over the noise, where noise dominates
+  double fillings;      ///< σ in fillings over the errors of the coarse grid's fillings of discs
+  double perChange;     ///< f over the RMS change by refinement, and over the noise, if there are no discs
   double perNoise;
-  double growth;         ///< of σ² with the change by refinement, in its upper quartile, on scans without noise
-  double growthPerNoise; ///< what the squared ratio of noise to σ takes of it
-  double perSharedNoise; ///< σ amid data over noise that neighbors share: where ℓ follows it, and where it is little
+  double growth; ///< growth of σ² with the change by refinement, at its upper quartile, on scans without noise
+  double growthPerNoise; ///< reduction of that growth per squared ratio of noise to σ
+  double perSharedNoise; ///< σ amid data over noise that neighbors share: if ℓ follows it, and if it is weak
   double perLittleSharedNoise;
-  double growthUnderSharedNoise; ///< what both grow by
+  double growthUnderSharedNoise; ///< growth for both
 };
 
 constexpr LearntFactors learnt{.95, .5, .35, 1.4, 2.5, 1.2, 2.3, .6, .4, .9, .6};
 
-/// Discs, and pairs, that the learnt factors count as.
+/// Number of discs, and of pairs, that the learnt factors weigh as.
 constexpr double patchesLearnt = 2, pairsLearnt = 20;
 
 double squared(double value)
@@ -40,14 +40,14 @@ double squared(double value)
   return value * value;
 }
 
-/// \return 0 of nothing
+/// \return 0 for no values
 template <typename Value>
 double quantileOrZero(const std::vector<Value>& values, double share)
 {
   return values.empty() ? 0 : static_cast<double>(quantile(values, share));
 }
 
-/// \return 0 of nothing
+/// The mean of values, each at most the 95th percentile. \return 0 for no values
 double cappedMean(const std::vector<float>& values)
 {
   const double limit = quantileOrZero(values, .95);
@@ -57,13 +57,12 @@ double cappedMean(const std::vector<float>& values)
   return values.empty() ? 0 : sum / static_cast<double>(values.size());
 }
 
-/// σ² of both kinds of places, all lengths in the cloud's unit; what the letters are is in src/method.md, "Error bars":
+/// σ² amid data and in fillings, lengths in the cloud's unit; src/method.md, "Error bars", explains the letters:
 ///
 ///     amid data     σ² = K a √(V / Ṽ) (1 + B min(δ²/δ₇₅², 64)) + s β²
 ///     in fillings   σ² = t² f² V + K
 ///
-/// and from the one to the other, evenly in ln σ, where the nearest point is at half to all of the distance that it
-/// supports.
+/// ln σ changes linearly from the first to the second where the nearest point is at half to all of its reach.
 class SigmaModel {
 public:
   /// \param evidence of the mesh's vertices \param run density and noise of the points
@@ -80,7 +79,7 @@ public:
   double measured(const Evidence& e) const
   {
     const double amid = amidData(e);
-    constexpr double rim = .5; // from there on points hold the surface on one side only
+    constexpr double rim = .5; // from here on points hold the surface on one side only
     const double share = std::clamp((static_cast<double>(e.reach) - rim) / (1 - rim), 0., 1.);
     if (e.isInPatch || !(share > 0))
       return amid;
@@ -95,7 +94,7 @@ public:
   }
 
 private:
-  /// Of noise that neighbors share, what is in σ; 0: they do not.
+  /// The share of σ in noise that neighbors share; 0 if they do not share it.
   static double shareOf(const NoiseReport& noise)
   {
     return noise.isCorrelated ? learnt.perSharedNoise : noise.lengthening > 1 ? learnt.perLittleSharedNoise : 0;
@@ -103,18 +102,18 @@ private:
 
   double amidData(const Evidence& e) const
   {
-    // A disc that was left out says nothing of the surface that has its points.
+    // A left-out disc tells nothing about the surface that has its points.
     return std::sqrt(base_ * (e.isInPatch ? areaOfPoint(e) * (1 + growth_ * medianChange_ / upperChange_) : shape(e)) +
                      biasShare_ * static_cast<double>(e.bias));
   }
 
-  /// a, within what a neighborhood can be trusted to tell.
+  /// a, limited to the range that a neighborhood can tell.
   static double areaOfPoint(const Evidence& e) { return squared(std::clamp(static_cast<double>(e.spacing), .25, 4.)); }
 
-  /// Of σ² amid data.
+  /// The factor of K in σ² amid data.
   double shape(const Evidence& e) const
   {
-    constexpr double max = 64; // beyond it is an edge, or a sheet that the coarse grid does not have
+    constexpr double max = 64; // above it, the place is an edge or on a sheet that the coarse grid misses
     const double amount = underSharedNoise_ > 0 && e.noise > 0
                               ? squared(static_cast<double>(e.noise))
                               : areaOfPoint(e) * std::sqrt(static_cast<double>(e.variance) / medianVariance_);
@@ -134,7 +133,7 @@ private:
     medianVariance_ = std::max(quantileOrZero(variances, .5), tiny);
     medianChange_ = quantileOrZero(changes, .5);
     upperChange_ = std::max(quantileOrZero(changes, .75), tiny);
-    // A few places where the coarse grid has no sheet at all would rule the mean.
+    // Capped, because a few places where the coarse grid misses a sheet would dominate the mean.
     meanChange_ = cappedMean(changes);
     meanBias_ = cappedMean(biases);
   }
@@ -148,7 +147,7 @@ private:
         shared.push_back(static_cast<double>(pair.shared()));
         differences.push_back(static_cast<double>(std::abs(pair.first - pair.second)));
       }
-    // Of a hundred pairs one may be at an edge that all the others know nothing of.
+    // Limited, because one of a hundred pairs may be at an edge and dominate the others.
     const double limit = 9 * quantileOrZero(squares, .9);
     double square = 0, product = 0;
     for (std::size_t n = 0; n < squares.size(); ++n) {
@@ -162,11 +161,11 @@ private:
     noise_ = squared(deviationPerMedian * quantileOrZero(differences, .5)) / 2;
     const double error = errorAmidData(product, square, count);
     biasShare_ = meanBias_ > 0 ? learnt.bias * std::max(1 - noise_ / nearestPoints / meanBias_, 0.) : 0;
-    // Where refining changes less than the error, as on a grid that is as fine, the change tells nothing of it.
+    // Where refinement changes less than the error, as on a grid that is as fine, the change does not tell the error.
     growth_ = error > 0
                   ? learnt.growth / (1 + learnt.growthPerNoise * noise_ / error) * upperChange_ / (upperChange_ + error)
                   : learnt.growth;
-    // The pairs are where they are; the surface's own mean is the same only if its shape is.
+    // The mean over the pairs is corrected to the mean over the surface, because their shape factors differ.
     double shapes = 0;
     for (const PieceEvidence& piece : pieces)
       for (const Evidence& e : piece.atPairs)
@@ -181,14 +180,13 @@ private:
     report.measuredError = std::sqrt(underSharedNoise_ > 0 ? base_ : error);
   }
 
-  /// σ² amid data, by its mean: what the pairs share, weighed against what the noise lets expect.
+  /// The mean σ² amid data: the error that pairs share, averaged with the error that the noise predicts.
   double errorAmidData(double product, double square, double pairs) const
   {
     if (!(pairs > 0))
-      return .25 * meanChange_;       // nothing was left out: half of what the coarse grid misses
-    constexpr double minShare = .002; // of the squares: less cannot be told from nothing
-    // Few pairs say little: as many more are taken to share a quarter of the squares, between clean scans and noisy
-    // ones.
+      return .25 * meanChange_;       // nothing was left out: half of the coarse grid's error
+    constexpr double minShare = .002; // of the squares: smaller values cannot be told from 0
+    // For few pairs: `pairsLearnt` more are assumed to share a quarter of the squares, between clean and noisy scans.
     const double shared =
         std::max((pairs * product + pairsLearnt * square / 4) / (pairs + pairsLearnt), minShare * square);
     const double scale = squared(learnt.measured);
@@ -214,7 +212,7 @@ private:
       factor_ =
           std::exp((patches * std::log(seen) + patchesLearnt * std::log(learntFactor)) / (patches + patchesLearnt));
     }
-    // Discs whose fillings are nearer than the noise allows were so by chance.
+    // Discs whose fillings have smaller errors than the noise allows are chance.
     constexpr double minPerNoise = .8;
     factor_ = std::max(factor_, squared(minPerNoise * learnt.perNoise) * noise_);
     report.patches = static_cast<std::int64_t>(patches);
@@ -222,7 +220,7 @@ private:
     factor_ *= squared(studentHalfWidth(patches + patchesLearnt) / halfWidthPerSigma);
   }
 
-  /// f² for which the mean of e² / (f² V + noise) over the patches, each of its places, is 1. \param guess > 0
+  /// The f² for which the mean of e² / (f² V + noise) over the patches, each of its places, is 1. \param guess > 0
   double factorOfPatches(const std::vector<PieceEvidence>& pieces, double guess) const
   {
     constexpr double range = 400;
@@ -244,30 +242,30 @@ private:
         for (; n < piece.filled.size() && piece.filled[n].patch == patch; ++n, ++places)
           ofPatch += squared(static_cast<double>(piece.filled[n].error)) /
                      (factor * static_cast<double>(piece.filled[n].variance) + noise);
-        constexpr double max = 16; // one that found another sheet shall not rule
+        constexpr double max = 16; // a patch that found another sheet must not dominate
         sum += std::min(ofPatch / places, max);
         ++patches;
       }
     return sum / patches;
   }
 
-  /// Of σ amid data, and of f: on an exact plane nothing else keeps them from zero.
+  /// Minimum of σ amid data and of f, in l̄: on an exact plane they would be 0.
   static constexpr double minPerSpacing = 1e-4;
 
-  const double min_;              ///< squared
-  const double underSharedNoise_; ///< K of noise that neighbors share; 0: they do not
+  const double min_;              ///< square of the minimum σ
+  const double underSharedNoise_; ///< K if neighbors share their noise, else 0
   double medianVariance_ = 1, medianChange_ = 0, upperChange_ = 1, meanChange_ = 0;
-  double noise_ = 0;          ///< squared
+  double noise_ = 0;          ///< σ² of the noise
   double base_ = 0;           ///< K
   double growth_ = 0;         ///< B
-  double meanBias_ = 0;       ///< of β²
+  double meanBias_ = 0;       ///< mean of β²
   double biasShare_ = 0;      ///< s
   double factor_ = 0;         ///< t² f²
-  double farthestFilled_ = 0; ///< distance to the points that the fillings of discs had
+  double farthestFilled_ = 0; ///< largest distance of the discs' fillings from the other points
   bool hasPairs_ = false;
 };
 
-/// How much higher the corners of the triangles amid data are than the triangles on a curved surface, in the mean.
+/// The mean height of the curved surface above its triangles amid data.
 double meanBulgeAmidData(const TriangleMesh& mesh)
 {
   double sum = 0, count = 0;
@@ -288,7 +286,7 @@ double meanBulgeAmidData(const TriangleMesh& mesh)
   return count > 0 ? sum / count : 0;
 }
 
-/// UncertaintyReport::offset. \param isFitted the triangles are on the surface, and their corners higher
+/// UncertaintyReport::offset. \param isFitted triangles are on the surface, so that vertices are higher
 double meanOffset(const TriangleMesh& mesh, const std::vector<Evidence>& evidence, bool isFitted)
 {
   double sum = 0, count = 0;
@@ -300,8 +298,8 @@ double meanOffset(const TriangleMesh& mesh, const std::vector<Evidence>& evidenc
   return count > 0 ? sum / count - (isFitted ? meanBulgeAmidData(mesh) : 0) : 0;
 }
 
-/// Sets what the vertices are off by, each by the mean square of its triangles' corners: where the surface crosses the
-/// points it is not right, but on its way from one side to the other.
+/// Sets the biases of the vertices, as the mean square over the corners of its triangles: where the surface crosses the
+/// points from one side to the other, a vertex alone would seem exact.
 void setBiases(const TriangleMesh& mesh, std::vector<Evidence>& evidence)
 {
   std::vector<float> counts(evidence.size(), 0);
@@ -349,7 +347,7 @@ UncertaintyReport estimateUncertainty(const std::vector<SolvedPiece>& pieces, co
   const std::vector<std::vector<std::int32_t>> vertices = nearestVolumes(mesh.vertices, volumes);
   std::vector<PieceEvidence> ofPieces;
   const auto spacing = static_cast<float>(run.density.spacing);
-  constexpr std::uint64_t step = std::uint64_t{1} << 32; // what is far apart errs on its own, on equal grids, too
+  constexpr std::uint64_t step = std::uint64_t{1} << 32; // pieces err independently, also on equal grids
   for (std::size_t n = 0; n < pieces.size(); ++n) {
     execution.beginStep(static_cast<double>(n) / static_cast<double>(pieces.size()),
                         static_cast<double>(n + 1) / static_cast<double>(pieces.size()));

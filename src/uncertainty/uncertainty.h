@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// Sigma at the vertices of a mesh: posterior draws on a coarse grid, calibrated by what the cloud withholds; see
+/// Sigma at the vertices of a mesh: posterior draws on a coarse grid, calibrated by points that are left out; see
 /// src/method.md, "Error bars".
 #pragma once
 
@@ -16,21 +16,21 @@
 
 namespace pcl::mrf {
 
-/// Draws from the posterior, piece by piece; those of one number belong together.
+/// Draws from the posterior of one piece. Draws of all pieces with the same index belong together.
 struct PieceDraws {
   BoundingBox volume;
   std::vector<DistanceField> draws;
 };
 
-/// Sets the sigmas and the flags of what is calibrated. \param pieces of the points: all of them
+/// Sets the sigmas of the mesh and their flags `calibrated`. \param pieces of the points: all of them
 /// \param field of the finest level \param run density and noise of the points \param options observing at points
-/// \param mesh with confidences \param draws receives those that sigma was made of
+/// \param mesh with confidences \param draws receives the draws that sigma was computed from
 /// The result does not depend on the number of threads.
 UncertaintyReport estimateUncertainty(const std::vector<SolvedPiece>& pieces, const DistanceField& field,
                                       const Report& run, const ResolvedOptions& options, TriangleMesh& mesh,
                                       std::vector<PieceDraws>& draws, Execution& execution);
 
-/// Sets what the report says of the sigmas of a mesh.
+/// Sets the report's statistics of the sigmas of a mesh.
 void describeSigmas(const TriangleMesh& mesh, UncertaintyReport& report);
 
 } // namespace pcl::mrf

@@ -19,16 +19,16 @@
 namespace pcl::mrf {
 namespace {
 
-/// Voxels of the grid that draws are made on: so many for each point, within limits. Eight draws and a solution then
-/// take a third of what the rest of a run takes.
+/// Voxels of the grid of the draws: a number per point, within limits. Eight draws and a solution then take a third of
+/// the time of the rest of a run.
 constexpr double voxelsPerPoint = 4, minVoxels = 1 << 15, maxVoxels = 1 << 18;
 
-/// Steps of conjugate gradients for a draw, and so for the fillings of discs.
+/// Steps of conjugate gradients for a draw.
 constexpr int stepsOfDraw = 3;
 
 constexpr std::int64_t evidenceGrain = 1024;
 
-/// As fine as the finest level, or as coarse as the voxels allow.
+/// The finest level's voxel size, or larger if the number of voxels would exceed its limit.
 float voxelSizeOfDraws(const BoundingBox& volume, std::size_t points, const MultiscaleOptions& options)
 {
   const double max = std::clamp(voxelsPerPoint * static_cast<double>(points), minVoxels, maxVoxels);
@@ -39,14 +39,14 @@ float voxelSizeOfDraws(const BoundingBox& volume, std::size_t points, const Mult
   return static_cast<float>(side);
 }
 
-/// A cloud on a grid of that size, solved everywhere.
+/// A cloud on a grid of this voxel size, solved everywhere.
 WholeLevel coarseLevel(const OrientedPoints& points, const BoundingBox& volume, float spacing,
                        const ResolvedOptions& options, Execution& execution)
 {
   const float voxelSize = voxelSizeOfDraws(volume, points.size(), options.multiscale);
   std::vector<Lattice> lattices =
       planLevels(volume, voxelSize, workloadOf(points.size(), spacing, options.prior), options.multiscale);
-  constexpr float mergedFrom = 2; // spacings: a cell of that size holds one point
+  constexpr float mergedFrom = 2; // spacings: a cell of this size holds about one point
   const std::vector<PointSample> samples = voxelSize > mergedFrom * spacing
                                                ? toMergedSamples({points, lattices.back(), spacing}, .5f, execution)
                                                : toSamples({points, lattices.back(), spacing}, execution);
@@ -56,7 +56,7 @@ WholeLevel coarseLevel(const OrientedPoints& points, const BoundingBox& volume, 
                     options.prior.kind, execution);
 }
 
-/// The posterior's mean.
+/// The mean of the posterior.
 DistanceField meanOf(const WholeLevel& level, Execution& execution)
 {
   std::vector<float> values(level.lattice().size.count(), 0);
@@ -66,12 +66,12 @@ DistanceField meanOf(const WholeLevel& level, Execution& execution)
   return DistanceField(level.lattice(), std::move(values), {});
 }
 
-/// Draws from the posterior for data of variance 1, less its mean.
+/// Draws from the posterior for data of variance 1, minus its mean.
 std::vector<DistanceField> drawsOf(const WholeLevel& level, int count, std::uint64_t seed, Execution& execution)
 {
   const auto scale = static_cast<float>(std::sqrt(level.weights().value));
   std::vector<DistanceField> result(count);
-  // Each on one thread: levels of this size gain little by several.
+  // Each draw on one thread, because several threads gain little on levels of this size.
   execution.forRange(count, 1, [&](std::int64_t n, std::int64_t) {
     Execution serial(1);
     std::vector<float> draw = drawOfPosterior(level.grids(), level.lattice().size, level.prior(),
@@ -83,7 +83,7 @@ std::vector<DistanceField> drawsOf(const WholeLevel& level, int count, std::uint
   return result;
 }
 
-/// The variance of draws at a place.
+/// The variance of the draws at a place.
 float varianceOf(const std::vector<DistanceField>& draws, const Eigen::Vector3f& at)
 {
   float sum = 0;
@@ -94,7 +94,7 @@ float varianceOf(const std::vector<DistanceField>& draws, const Eigen::Vector3f&
   return sum / static_cast<float>(draws.size());
 }
 
-/// Towards the zero level, by at most a distance.
+/// Moves a place to the zero level; a step is at most `max` long.
 Eigen::Vector3f projected(const DistanceField& field, Eigen::Vector3f at, float max)
 {
   constexpr int steps = 2;
@@ -108,7 +108,7 @@ Eigen::Vector3f projected(const DistanceField& field, Eigen::Vector3f at, float 
   return at;
 }
 
-/// Gathers it.
+/// Gathers the evidence of a piece.
 class Gathering {
 public:
   Gathering(const MeshedPiece& meshed, float spacing, const ResolvedOptions& options, std::uint64_t seed,
@@ -163,7 +163,7 @@ private:
     });
   }
 
-  /// Sets reach and spacing. \param nearest receives the nearest points \return the distance to the first
+  /// Sets reach, spacing and noise. \param nearest receives the nearest points \return the distance to the first
   float describePlace(const Eigen::Vector3f& at, Neighbors& nearest, Evidence& e) const
   {
     if (piece_.search->nearest(at, nearestPoints, nearest) < 1)
@@ -178,8 +178,8 @@ private:
     return distance;
   }
 
-  /// By the mean of the normals of vertex and point: a plane leaves the surface with the square of the distance, an arc
-  /// does not.
+  /// The signed mean distance of a vertex from its nearest points, along the mean of both normals: that is exact on an
+  /// arc, while a plane's error grows with the square of the distance.
   float offsetFrom(const Neighbors& nearest, std::size_t v) const
   {
     const OrientedPoints& points = *piece_.points;
@@ -212,7 +212,7 @@ private:
     });
   }
 
-  /// Where the fillings of the discs are, and how far from the planes of the points that were left out there.
+  /// Finds places on the fillings of the discs, and their distances from the planes of the points that were left out.
   void measureFillings(const DistanceField& coarse)
   {
     if (result_.patches.empty())
@@ -227,7 +227,7 @@ private:
         const Eigen::Vector3f at = projected(coarse, piece_.points->positions[p], patch.radius);
         searchLeft->nearest(at, 1, nearest);
         const float distance = std::sqrt(nearest.squaredDistances.front());
-        if (distance < options_.observation.maxDistance) // supported, like the surface there
+        if (distance < options_.observation.maxDistance) // the other points support this place
           continue;
         const float slope = slopeWithin(vertexSlope, coarse.sampleGradient(at));
         places[n].push_back({varianceOf(result_.draws, at) / (slope * slope), distanceToPoints(at, nearest), distance,
@@ -237,7 +237,7 @@ private:
     result_.filled = joined(std::move(places));
   }
 
-  /// To the mean of the tangent planes of the nearest points.
+  /// The mean signed distance from the tangent planes of the nearest points.
   float distanceToPoints(const Eigen::Vector3f& at, Neighbors& nearest) const
   {
     const int found = piece_.search->nearest(at, nearestPoints, nearest);

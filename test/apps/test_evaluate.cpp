@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The evaluator's figures against brute force, CGAL, and cases whose answers are known.
+// Compares the evaluator's figures with brute force, CGAL and known answers.
 #include "evaluate/evaluation.h"
 #include "evaluate/local_spacing.h"
 #include "evaluate/sigma_evaluation.h"
@@ -35,7 +35,7 @@ long double toSegment(const Long& p, const Long& a, const Long& b)
   return (p - a - std::min(std::max(t, 0.0L), 1.0L) * edge).norm();
 }
 
-/// Distance to a triangle with an area: to its plane where the foot is inside of all edges, else to the nearest edge.
+/// Distance to a triangle with an area: to its plane if the foot is inside of all edges, else to the nearest edge.
 long double toTriangle(const Long& p, const Long& a, const Long& b, const Long& c)
 {
   const Long normal = (b - a).cross(c - a).normalized();
@@ -156,9 +156,9 @@ void expectAll(const Statistics& statistics, double value, double tolerance)
     EXPECT_NEAR(figure, value, tolerance);
 }
 
-/// Rounding of differences of coordinates of the order of 1, with room for a few operations.
+/// Bound of the rounding error of a few operations with coordinates of the order of 1.
 constexpr double rounding = 1e-13;
-/// Of the sum over some ten thousand samples.
+/// The same for sums over some ten thousand samples.
 constexpr double sumRounding = 1e-11;
 
 /// nx × ny points `side` apart in the plane z = 0, from the corner on.
@@ -171,7 +171,7 @@ Points lattice(int nx, int ny, double side, const Vector3d& corner = Vector3d::Z
   return points;
 }
 
-/// Local spacing inside of a lattice of side 1: the 8th neighbor is that across the square's diagonal.
+/// Local spacing inside a lattice of side 1: the 8th neighbor is across the diagonal of a square.
 const double latticeSpacing = .313 * std::sqrt(2.);
 
 } // namespace
@@ -604,7 +604,7 @@ TEST(VertexErrors, toReferenceOrNearestPoint)
   expectAt(0, .01);
 }
 
-/// Errors that are Gaussian with the sigmas that are told, of two sizes; half of them in fillings.
+/// Gaussian errors whose standard deviations are the reported sigmas, which have two values; half of them in fillings.
 std::vector<SigmaSample> gaussianErrors(double factor)
 {
   std::mt19937 random(4);

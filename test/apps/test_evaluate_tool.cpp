@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// pcl_mrf_evaluate as its users run it: its files, and whatever goes wrong.
+// pcl_mrf_evaluate as users run it: its files and its errors.
 #include "support/mesh_reader.h"
 #include "support/tool.h"
 
@@ -17,7 +17,7 @@ protected:
   }
 };
 
-/// Two triangles at z = 0 whose fields say what sigma is, of which one corner is in a filling.
+/// A mesh of two triangles at z = 0 with the given sigma and with one corner in a filling.
 std::string withSigma(const std::string& sigma)
 {
   return "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Small inputs of users that once failed, as they are: ../shared/data/field, whose README says what is right.
+// Small inputs of users that once failed: ../shared/data/field, whose README has the right results.
 #include "support/scans.h"
 #include "support/tool.h"
 
@@ -40,7 +40,7 @@ protected:
   std::string said_;
 };
 
-/// Of the vertices of a mesh.
+/// The bounding box of the vertices of a mesh.
 template <typename Point>
 pcl::PointCloud<Point> verticesOf(const std::filesystem::path& file)
 {

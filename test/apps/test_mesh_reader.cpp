@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Every mesh format: what is written is read again, and what is broken is refused.
+// Every mesh format: written files are read again, and broken files are refused.
 #include "support/errors.h"
 #include "support/mesh_reader.h"
 #include "support/point_table.h"
@@ -39,7 +39,7 @@ protected:
   }
 };
 
-/// A pyramid over a square whose base is open, in coordinates that floats hold.
+/// A square pyramid without its base, with coordinates that floats hold.
 SurfaceMesh pyramid()
 {
   SurfaceMesh mesh;
@@ -48,7 +48,7 @@ SurfaceMesh pyramid()
   return mesh;
 }
 
-/// Half of the triangles of a lattice of side × side points, each at `at(i, j)`.
+/// Every other triangle of a lattice of side × side points, with points at `at(i, j)`.
 template <typename At>
 SurfaceMesh latticeMesh(int side, const At& at)
 {

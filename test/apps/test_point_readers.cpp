@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Point files, plain and packed by gzip: digits are kept, headers are not believed.
+// Point files, plain and packed by gzip: digits are kept, headers are not trusted.
 #include "support/errors.h"
 #include "support/float_offset.h"
 #include "support/gzip.h"
@@ -32,7 +32,7 @@ PointTable parse(const std::string& type, const std::string& text)
   return parsePoints(type, "file." + type, text);
 }
 
-/// A plane with steps of 1 cm in survey coordinates, which float resolves to .5 m.
+/// A plane with steps of 1 cm in survey coordinates, where floats are .5 m apart.
 Points surveyPlane()
 {
   Points points;
@@ -127,7 +127,7 @@ struct LasPoint {
   std::array<std::uint16_t, 3> color;
 };
 
-/// Steps of 1 cm from 431000, 4500000, 100; the numbers are those of the specification.
+/// Steps of 1 cm from 431000, 4500000, 100; offsets and sizes are those of the specification.
 std::string lasFile(int minor, std::size_t format, const std::vector<LasPoint>& points)
 {
   constexpr std::array<std::size_t, 11> sizes = {20, 28, 26, 34, 57, 63, 30, 36, 38, 59, 67},
@@ -241,7 +241,7 @@ TEST(PointReader, floatsShowToWhatTheyAreRounded)
   EXPECT_EQ(floatRounding({{std::nan(""), 1e300, 1}}), 0);
 }
 
-// Between points in whole or half meters, whose steps float has, there are vertices.
+// Float holds points in whole or half meters, but not the vertices between them.
 TEST_F(PointReaders, gridsInSurveyCoordinatesKeepTheirHeights)
 {
   const auto height = [](double x, double y) { return 350 + 3 * std::sin(x / 9) * std::cos(y / 11); };
@@ -605,7 +605,7 @@ TEST(XyzReader, emptyCellsMatterWhereTheyAreRead)
   expectRefused("csv", "x,y,z,nx,ny,nz\n1,2,3,0,O,1\n", "line 2: column 5 'ny' holds 'O', which is no number");
 }
 
-// As NaN is in other formats: the library counts such points, and views and other columns stay in step.
+// As with NaN in other formats: the library counts such points, so that views and other columns keep their rows.
 TEST(XyzReader, pointsWithoutACoordinateAreLeftOutWithAWarning)
 {
   for (const char* word : {"", "NA", "n/a", "null", "None", "-", "#N/A", "#DIV/0!", "-1.#IND", "1.#QNAN0"})

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The report's JSON: every declared option is in it, under its name and with its value; the table of its keys is whole.
+// The report's JSON: it has every declared option with its name and value, and its documentation lists all keys.
 #include <pcl/surface/mrf/option_table.h>
 
 #include "support/report_json.h"
@@ -27,13 +27,13 @@ Json optionOf(const Options& options, const OptionDeclaration& option)
   return mrf_apps::toJson(report).at(Json::json_pointer(pointer));
 }
 
-/// A number in its member's unit: of all units MiB alone is not.
+/// A number in the unit of its member, which differs from the option's unit only for MiB.
 double numberIn(const OptionDeclaration& option, double value)
 {
   return option.unit == "MiB" ? value * 1024 * 1024 : value;
 }
 
-/// Names of all members and of their members, but of the options, which have a help.
+/// Adds the names of all members and of their members, except those of the options, which have a help.
 void addKeys(const Json& json, std::set<std::string>& keys)
 {
   for (const auto& [key, value] : json.items()) {

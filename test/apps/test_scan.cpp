@@ -43,7 +43,7 @@ Scan scanOf(const Surface& surface, const ScanOptions& options, int threads = 1)
   return simulateScan(surface, options, execution);
 }
 
-/// Of all of the surface, without sensors.
+/// Options that sample the whole surface, without sensors.
 ScanOptions unseen(std::int64_t points)
 {
   ScanOptions options;
@@ -57,7 +57,7 @@ MeshSurface surfaceOf(const Triangles& soup)
   return {soup.vertices, soup.triangles};
 }
 
-/// The smallest distance between points whose normals have more than this cosine.
+/// The minimum distance between points whose normals have a cosine above this.
 double closestOf(const Points& points, double cosine)
 {
   double closest = std::numeric_limits<double>::infinity();
@@ -108,7 +108,8 @@ MeshSurface screenBeforeWall()
   return surfaceOf(soup);
 }
 
-/// How much farther than it is each point of a scan without outliers seems, and how far off its ray. \pre one sensor
+/// The error of the range of each point of a scan without outliers. \pre one sensor
+/// \param offRay maximum distance from the ray, divided by the range
 std::vector<double> rangeErrors(const Scan& scan, double& offRay)
 {
   EXPECT_EQ(scan.outliers, 0);
@@ -122,7 +123,7 @@ std::vector<double> rangeErrors(const Scan& scan, double& offRay)
   return errors;
 }
 
-/// The RMS of values whose key lies in a range.
+/// The RMS of the values whose key is in a range.
 double rmsWhere(const std::vector<double>& values, const std::vector<double>& keys, double lower, double upper)
 {
   std::vector<double> some;
@@ -133,7 +134,7 @@ double rmsWhere(const std::vector<double>& values, const std::vector<double>& ke
   return rootMeanSquare(some);
 }
 
-/// The correlation of values at places whose distance is within a range, of pairs in a sample.
+/// The correlation of values at places whose distance is in a range, over a sample of pairs.
 double correlation(const std::vector<Vector3d>& places, const std::vector<double>& values, double lower, double upper)
 {
   double products = 0, squares = 0;
@@ -547,7 +548,7 @@ TEST(ScanErrors, Lengths)
     EXPECT_FALSE(parseLength(text, length)) << text;
 }
 
-// What is scanned: shapes, meshes, lines of sight, random numbers.
+// The scanned surfaces: shapes, meshes, lines of sight, random numbers.
 
 TEST(ScanRandom, MomentsEvennessAndStreams)
 {
@@ -682,7 +683,7 @@ TEST(ScanShapes, WrongDescriptionsAreNamed)
     EXPECT_THROW(makeShape(description), InvalidOption) << description;
 }
 
-// The devices: each has the errors that it promises.
+// The devices: each has its documented errors.
 
 TEST(ScanDevices, SmoothFieldHasItsCovariance)
 {

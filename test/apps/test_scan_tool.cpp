@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// pcl_mrf_scan as its users run it: its files, and whatever goes wrong.
+// pcl_mrf_scan as users run it: its files and its errors.
 #include "support/point_table.h"
 #include "support/sensors.h"
 #include "support/tool.h"
@@ -31,7 +31,7 @@ protected:
   mrf_apps::PointTable points(const std::string& name) const { return mrf_apps::readPoints(path(name).string()); }
 };
 
-/// Half a unit in the last place of the largest coordinate, in each of three.
+/// A bound of the length of an error of half a unit in the last place of the largest coordinate along each axis.
 double floatError(double largest)
 {
   return 2 * largest * 0x1p-24;
@@ -133,7 +133,7 @@ TEST_F(ScanTool, OptionsReachTheScan)
   }
 }
 
-/// Options of a scan of a torus into o.ply that are refused, and words of the message.
+/// Options that are refused in a scan of a torus into o.ply, and words of the message.
 struct Refusal {
   std::vector<std::string> options;
   const char* words;

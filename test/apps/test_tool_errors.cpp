@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Whatever goes wrong: one line on standard error, the right status, and no output.
+// Errors of the tool: one line on standard error, the right status, and no output.
 #include "support/tool.h"
 
 #include <sys/stat.h>
@@ -208,7 +208,7 @@ TEST_F(ToolErrors, WorkDirectories)
   EXPECT_NE(log.find("nothing to resume: no part of this run was there"), std::string::npos) << log;
 }
 
-// scans/*.ply without an OUTPUT: the last scan is not overwritten, of two as of many.
+// scans/*.ply without an OUTPUT: the last scan is not overwritten, whether there are two or many.
 TEST_F(ToolErrors, ScansAreNotReplaced)
 {
   const std::string vertices = "element vertex 3\nproperty float x\nproperty float y\nproperty float z\n",

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Every input and output format, as other programs write and read it.
+// Every input and output format, in files that other programs write and read.
 #include "support/conversion.h"
 #include "support/tool.h"
 
@@ -495,7 +495,7 @@ TEST_F(ToolFiles, AFailureIsReportedAsWell)
   EXPECT_EQ(reported({"two.xyz", "out.ply", "--normals", "use"}, 2).at("status"), "invalid option");
 }
 
-/// A mesh by the bytes of its vertices, with all that they have.
+/// A mesh by the bytes of its vertices with all their fields.
 struct MeshBytes {
   std::vector<std::string> vertices, triangles;
   Eigen::AlignedBox3d box;

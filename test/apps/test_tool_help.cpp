@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the tools tell of themselves: a help that fits a screen, one with everything, a manual page, a completion.
+// The texts of the tools: a help that fits on a screen, a full help, a manual page, a completion.
 #include "support/tool.h"
 
 #include <algorithm>

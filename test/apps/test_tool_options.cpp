@@ -14,7 +14,7 @@ namespace {
 
 using nlohmann::json;
 
-/// Options whose effect is a value in the report, beside that of the option itself.
+/// Options whose effect is a value in the report other than the option itself.
 struct Case {
   std::vector<std::string> arguments;
   std::string pointer; ///< into the report
@@ -40,11 +40,11 @@ const std::vector<Case> cases = {
     {{"--confidence-field", "column7"}, "/points/zeroConfidence", 100, "trust.xyz"},
 };
 
-// Those that the tests below see at work.
+// Options that the tests below use.
 const std::set<std::string> testedBelow = {"--help",  "--verbose", "--quiet",      "--report",
                                            "--field", "--picture", "--noise-field"};
 
-// Those that test_tool_files, test_tool_help, test_tool_streams, test_tool_pictures and ranks.sh see at work.
+// Options that test_tool_files, test_tool_help, test_tool_streams, test_tool_pictures and ranks.sh use.
 const std::set<std::string> testedElsewhere = {
     "--output-tiles", "--tile-triangles",   "--help-all",     "--manual",        "--bash-completion",
     "--version",      "--output-directory", "--input-format", "--output-format", "--progress",

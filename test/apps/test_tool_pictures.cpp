@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Pictures, by what their pixels show.
+// Pictures, checked by their pixels.
 #include "support/tool.h"
 
 #include <vtkImageData.h>
@@ -12,7 +12,7 @@
 
 namespace {
 
-/// Pixels of a picture by what they show.
+/// The pixels of a picture by what they show.
 struct Pixels {
   int all = 0, skin = 0, blue = 0, light = 0;
   int border = 0; ///< of skin or blue at the picture's border

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Standard input and output, several inputs, progress, and what is left behind: whole files, or none, whatever ends it.
+// Standard input and output, several inputs, progress, and what is left behind: whole files or none, whatever ends the
+// run.
 #include "support/tool.h"
 
 #include <pcl/io/ply_io.h>
@@ -144,7 +145,7 @@ TEST_F(ToolStreams, AFolderOfOutputsIsCheckedBeforeTheWork)
   expectFailure({"sphere.xyz", "other.doc", "--output-directory", "out"}, 2, "other.doc");
 }
 
-/// The percentages that --progress told, and the stages.
+/// The percentages and the stages that --progress printed.
 struct Told {
   std::vector<int> percentages;
   std::vector<std::string> stages;
@@ -207,8 +208,8 @@ TEST_F(ToolStreams, ATerminalHasABarThatNeverFalls)
   EXPECT_NE(outcome.out.find("\r\033[K"), std::string::npos);
 }
 
-/// Starts a long run and waits for its temporary file. (The shell has programs in the background ignore SIGINT and
-/// SIGQUIT, which env undoes.)
+/// Starts a long run and waits for its temporary file. (Shells make background programs ignore SIGINT and SIGQUIT; env
+/// undoes it.)
 const std::string untilThere =
     "env --default-signal=INT,QUIT $TOOL large.xyz out.ply -q & until ls -A | grep -q part; do "
     "sleep .01; kill -0 $! || exit 99; done; ";

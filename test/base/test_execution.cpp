@@ -126,7 +126,7 @@ struct Calls {
   }
 };
 
-/// So slow that a loop of some of these is called for.
+/// Work that is slow enough for several progress calls during a loop of it.
 void pauseABit(std::int64_t, std::int64_t)
 {
   std::this_thread::sleep_for(std::chrono::milliseconds(30));

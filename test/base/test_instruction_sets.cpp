@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The hot loops exist for several instruction sets: each gives the same bytes, loop by loop and as a whole mesh.
+// The hot loops exist for several instruction sets, which give the same bytes in each loop and for a whole mesh.
 #include "base/multiversioning.h"
 #include "base/vector_kernels.h"
 #include "solver/grid_solver.h"
@@ -14,7 +14,7 @@ using pcl::mrf::widestInstructionSet;
 
 namespace {
 
-/// Those that this processor has.
+/// The instruction sets that this processor has.
 std::vector<InstructionSet> available()
 {
   std::vector<InstructionSet> sets;
@@ -24,7 +24,7 @@ std::vector<InstructionSet> available()
   return sets;
 }
 
-/// Leaves the set as it was.
+/// Restores the instruction set after each test.
 class InstructionSets : public testing::Test {
 protected:
   void TearDown() override { pcl::mrf::instructionSet = before_; }
@@ -44,7 +44,7 @@ std::vector<Real> values(std::size_t count, unsigned seed)
   return result;
 }
 
-/// Results of the loops over vectors, one after the other.
+/// The results of all loops over vectors, concatenated.
 template <typename Real>
 std::vector<Real> vectorResults()
 {
@@ -59,8 +59,8 @@ std::vector<Real> vectorResults()
   return all;
 }
 
-/// What a level's grids make of points on a sphere, or of the voxels near it: every loop of the smoother, the transfers
-/// and the data.
+/// The results of a level's grids for points on a sphere, or for the voxels near it. They use every loop of the
+/// smoother, the transfers and the data.
 std::vector<float> gridResults(bool atPoints)
 {
   const systems::SphereLevel level({21, 18, 19}, pcl::mrf::Prior::triharmonic, atPoints);

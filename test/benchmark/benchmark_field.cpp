@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// Benchmarks of the regularization, and of the smoother's use of the memory.
+/// Benchmarks of the regularization, and of the smoother's memory bandwidth.
 #include "inputs.h"
 #include "levels/multiscale.h"
 #include "mesh/polygonizer.h"
@@ -49,7 +49,7 @@ void byPoints(benchmark::State& state, ObservationKind kind)
   regularization(state, kind, cloud, voxelSize, state.range(2));
 }
 
-/// A volume of 150³ voxels around 221,000 points, as in the paper's example: sphere, median of five planes.
+/// A volume of 150³ voxels around 221,000 points of a sphere, as in the paper's example; the median of five planes.
 void volume150(benchmark::State& state)
 {
   constexpr float radius = 1;
@@ -58,7 +58,7 @@ void volume150(benchmark::State& state)
   regularization(state, kind, inputOf<Cloud>(221000), voxelSize, 1);
 }
 
-/// Bytes per second of a triad over arrays of the size of the field, the best of some runs.
+/// Bytes per second of a triad over arrays of the size of the field, the best of several runs.
 double triadBandwidth(std::size_t count, Execution& execution)
 {
   std::vector<float> a(count), b(count, 1), c(count, 2);
@@ -77,8 +77,9 @@ double triadBandwidth(std::size_t count, Execution& execution)
   return best;
 }
 
-/// The smoother from zero with the residual behind it. `streamed` is what its steps would move one by one: 16 bytes per
-/// voxel for the first (b, D⁻¹ → x, z), 28 for each other (x, w, b, D⁻¹, z → x, z), 16 for the residual (x, w, b → r).
+/// The smoother from zero, with the residual after it. `streamed` is the number of bytes that its steps would move one
+/// by one: 16 bytes per voxel for the first (b, D⁻¹ → x, z), 28 for each other (x, w, b, D⁻¹, z → x, z), 16 for the
+/// residual (x, w, b → r).
 void smoother(benchmark::State& state)
 {
   const auto side = static_cast<int>(std::lround(std::cbrt(static_cast<double>(state.range(0)))));

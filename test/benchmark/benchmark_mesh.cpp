@@ -19,7 +19,7 @@ using namespace pcl::mrf;
 
 namespace {
 
-/// The unit sphere's exact field and its zero level, of about so many triangles.
+/// The exact field of the unit sphere and its zero level, with about the given number of triangles.
 struct Surface {
   DistanceField field;
   TriangleMesh mesh;

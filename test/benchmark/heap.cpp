@@ -49,7 +49,7 @@ void resetPeak()
 
 } // namespace benchmarks
 
-// What glibc defines them with. Everything that allocates calls one of these: operator new, Eigen, C libraries.
+// The functions of glibc. All allocations go through one of these: operator new, Eigen, C libraries.
 extern "C" {
 void* __libc_malloc(std::size_t size);
 void* __libc_calloc(std::size_t count, std::size_t size);

@@ -15,7 +15,7 @@ namespace {
 
 using namespace pcl::mrf;
 
-/// The pointers that a main function gets.
+/// A command line as the pointers that a main function gets.
 class Words {
 public:
   Words(const char* program, const std::string& lines)

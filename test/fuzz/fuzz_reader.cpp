@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A reader under libFuzzer; which one is said at compile time.
+// Runs a reader under libFuzzer; the reader is chosen at compile time.
 #include "fuzz/readers.h"
 
 #include <algorithm>

@@ -40,7 +40,7 @@ void release(void* memory)
 
 } // namespace
 
-// One thread, so plain counters do. Those of arrays call these.
+// There is one thread, so plain counters suffice. The operators for arrays call these.
 void* operator new(std::size_t size)
 {
   if (void* memory = allocate(size))
@@ -81,7 +81,7 @@ std::vector<std::string> readDictionary(const std::string& path)
   return words;
 }
 
-/// Makes one file out of others, the same ones for the same seed.
+/// Makes a mutated file out of others; the same seed gives the same files.
 class Mutator {
 public:
   Mutator(const std::vector<std::string>& corpus, const std::vector<std::string>& words, std::uint64_t seed)
@@ -151,7 +151,7 @@ private:
   std::mt19937_64 engine_;
 };
 
-/// \return true if the file was read; ends the process if something is wrong with that
+/// \return true if the file was read; ends the process if the reader misbehaves
 bool run(const fuzz::Reader& reader, const std::string& bytes)
 {
   // What is there for every file: messages and buffers.

@@ -400,7 +400,7 @@ TEST(BandedLevels, LeaveOutWhatIsNotWanted)
   EXPECT_TRUE(wereMirrored && wereNot);
 }
 
-/// Points of two densities. \param spacing that the levels are told of
+/// Points of two densities. \param spacing that is given to the levels
 OrientedPoints joined(const PointSet& dense, float spacing, const PointSet& sparse, float sparseSpacing)
 {
   OrientedPoints points = shapes::oriented(dense);
@@ -413,7 +413,7 @@ OrientedPoints joined(const PointSet& dense, float spacing, const PointSet& spar
   return points;
 }
 
-/// A torus, points of spacing .02 from some x on, sparser by a factor elsewhere.
+/// A torus with points of spacing .02 beyond an x, and sparser by a factor elsewhere.
 OrientedPoints pointsOfTwoDensities(float from, float factor)
 {
   const float spacing = .02f;

@@ -25,7 +25,7 @@ namespace {
 
 constexpr double radius = 1, area = 4 * M_PI * radius * radius;
 
-/// Points on a sphere about as far apart as the voxels are large.
+/// A run on a sphere whose points are about as far apart as a voxel's side.
 struct SphereRun {
   OrientedPoints points;
   std::unique_ptr<NeighborSearch> search = makePointBins();
@@ -82,7 +82,7 @@ struct SphereRun {
   }
 };
 
-/// What is promised. The arrays are counted; how many voxels are occupied or observed is estimated from the area.
+/// The promised accuracy. Arrays are counted; the numbers of occupied and observed voxels are estimated from the area.
 constexpr double tolerance = .15;
 
 void expectPredicted(const SphereRun& run)

@@ -69,8 +69,7 @@ float numberAfter(const std::string& phrase, const std::string& message)
   return at != std::string::npos ? std::stof(message.substr(at + phrase.size())) : 0;
 }
 
-/// Root mean square of the difference of two fields' values, and the largest one, relative to the first's root mean
-/// square.
+/// The root mean square and the maximum of the difference of two fields, relative to the root mean square of the first.
 std::pair<double, double> differences(const DistanceField& a, const DistanceField& b)
 {
   double squares = 0, norm = 0, largest = 0;
@@ -87,7 +86,7 @@ std::pair<double, double> differences(const DistanceField& a, const DistanceFiel
   return {std::sqrt(squares / norm), largest};
 }
 
-/// A finer lattice inside of a coarser one, far enough from its border for any of the interpolations.
+/// A finer lattice inside a coarser one, far enough from its border for all interpolations.
 std::pair<Lattice, Lattice> nestedLattices()
 {
   Lattice coarse;
@@ -102,7 +101,7 @@ std::pair<Lattice, Lattice> nestedLattices()
   return {coarse, fine};
 }
 
-/// A function at the centers of the voxels.
+/// The values of a function at the centers of the voxels.
 template <typename Function>
 std::vector<float> valuesOf(const Function& function, const Lattice& lattice)
 {
@@ -236,7 +235,7 @@ TEST(DenseVoxels, FollowThePointsWhereThereAreFew)
   EXPECT_EQ(resolvedDenseVoxels(options, 1000), 7);
 }
 
-// Two plates face each other across a room that is empty.
+// Two plates face each other across an empty space.
 TEST(Regularize, SolvesSprawlingCloudsOfFewPointsInBands)
 {
   constexpr float spacing = .04f, apart = 6;
@@ -284,7 +283,7 @@ TEST(PlanLevels, RefusesPlanesAndRowsThat32BitsCannotCount)
   EXPECT_NO_THROW(planLevels(box({0, 0, 0}, {60000, 60000, 100}), 1, ofArea(100), options));
 }
 
-/// Holds that an interpolation of a function between nested lattices is the function. \param error of single precision
+/// Expects the interpolation of a function between nested lattices to be exact. \param error of single precision
 template <typename Function, typename Interpolate>
 void expectReproduced(const Function& function, const Interpolate& interpolate, double error)
 {

@@ -17,7 +17,7 @@ using namespace pcl::mrf;
 
 namespace {
 
-/// Levels of points, most of them in bands.
+/// A run of levels, most of them in bands, that may be solved in tiles.
 class TiledRun {
 public:
   TiledRun(const PointSet& points, float spacing)
@@ -32,7 +32,7 @@ public:
     return regularize({&points_, search_.get(), boundingBox(points_.positions)}, spacing_, options_, execution, tiles);
   }
 
-  /// Of the points, as if they were farther apart than they are.
+  /// Sets the spacings of the points, as if they were farther apart than they are.
   void setSpacings(std::vector<float> spacings) { points_.spacings = std::move(spacings); }
 
   void setSteps(int steps) { options_.solver.maxIterations = steps; }
@@ -57,7 +57,7 @@ void forNear(const DistanceField& here, const DistanceField& there, const std::f
           body(here.distance(i, j, k) / here.lattice().spacing, there.distance(i, j, k) / here.lattice().spacing);
 }
 
-/// The field in tiles is that of the whole level.
+/// Expects the field solved in tiles to be that of the whole level.
 void expectSame(const PointSet& points, float spacing, int most = 7, const std::vector<float>& spacings = {})
 {
   TiledRun run(points, spacing);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Files of meshes, read back by PCL and VTK.
+// Mesh files, read back by PCL and VTK.
 #include "support/conversion.h"
 
 #include <pcl/surface/mrf/triangle_mesh.h>
@@ -49,7 +49,7 @@ private:
   fs::path folder_;
 };
 
-/// Appends a field to a cloud without points yet. \return its offset
+/// Appends a field to a cloud that has no points yet. \return its offset
 std::size_t addField(pcl::PCLPointCloud2& cloud, const std::string& name, std::uint8_t type, std::uint32_t size)
 {
   PCLPointField field;
@@ -69,7 +69,7 @@ float valueAt(std::size_t vertex, std::size_t field)
   return static_cast<float>(vertex) + .125f * static_cast<float>(field);
 }
 
-/// A square and a triangle at its side. All fields of a reconstruction's output, and a label.
+/// A square and a triangle at its side, with all fields of a reconstruction's output and a label.
 pcl::PolygonMesh someMesh()
 {
   pcl::PolygonMesh mesh;

@@ -20,7 +20,7 @@ namespace {
 
 constexpr double pi = 3.14159265358979323846;
 
-/// Corners 0, x, y, z of the unit cube, outward.
+/// The corners 0, x, y, z of the unit cube, oriented outward.
 TriangleMesh tetrahedron(const Vector3f& offset = Vector3f::Zero())
 {
   TriangleMesh mesh;
@@ -51,8 +51,7 @@ bool has(const Triangle& t, std::int32_t v)
   return std::find(t.begin(), t.end(), v) != t.end();
 }
 
-/// Number of sets of triangles when all that share an edge (v, w) with isJoint(v, w) are joined, by repeated
-/// relabeling.
+/// The number of connected sets of triangles, joined across edges (v, w) with isJoint(v, w), by repeated relabeling.
 template <typename IsJoint>
 std::int64_t joinedOver(const TriangleMesh& mesh, const IsJoint& isJoint)
 {

@@ -36,7 +36,7 @@ DistanceField makeField(GridSize size, std::vector<float> distances, double spac
   return {lattice, std::move(distances), std::move(confidences)};
 }
 
-/// Values from `value(i, j, k)` inside a border of `outside`.
+/// A field with the values `value(i, j, k)` inside a border of `outside`.
 template <typename Value>
 DistanceField enclosed(GridSize size, float outside, const Value& value, double spacing = 1,
                        const Vector3d& origin = Vector3d::Zero())
@@ -51,7 +51,7 @@ DistanceField enclosed(GridSize size, float outside, const Value& value, double 
   return makeField(size, std::move(distances), spacing, origin);
 }
 
-/// What every extracted mesh must be, whatever the field.
+/// Expects the properties that every extracted mesh must have, whatever the field.
 void expectClosed(const MeshStatistics& mesh)
 {
   expectSound(mesh);
@@ -61,7 +61,7 @@ void expectClosed(const MeshStatistics& mesh)
 
 } // namespace
 
-/// Each sign pattern next to each other one: a shared face must be cut alike from both sides.
+/// Every pair of sign patterns as neighbors: both cells must cut their shared face alike.
 TEST(Polygonizer, everyPairOfNeighboringPatternsIsClosedAndManifold)
 {
   for (int signs = 0; signs < 4096; ++signs) {
@@ -89,7 +89,7 @@ TEST(Polygonizer, rowsOfAnyLengthAreClosedAndManifold)
   }
 }
 
-/// Crossings pushed to the ends of their edges give the flattest triangles there can be.
+/// Crossings near the ends of their edges give the flattest possible triangles.
 TEST(Polygonizer, noTriangleDegeneratesWithValuesNearZero)
 {
   const std::vector<float> values{
@@ -271,7 +271,7 @@ TEST(Polygonizer, areaAndVolumeConvergeAtSecondOrder)
   }
 }
 
-/// The pieces in two cells meet in their common face alone, and no two pieces of one cell cross.
+/// Pieces of two cells meet only in their common face, and no two pieces of one cell cross.
 TEST(Polygonizer, whiteNoiseDoesNotIntersectItself)
 {
   std::mt19937 random(14);

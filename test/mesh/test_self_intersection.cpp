@@ -28,8 +28,8 @@ bool degenerate(const TriangleMesh& mesh)
   });
 }
 
-/// Two triangles whose corners are random points of a tiny integer lattice, where touching, coplanar and overlapping
-/// pairs are common and every product is exact.
+/// Compares pairs of triangles with corners on a tiny integer lattice, where touching, coplanar and overlapping pairs
+/// are common and every product is exact.
 void comparePairs(const std::vector<Triangle>& triangles, int vertices, unsigned seed)
 {
   std::mt19937 random(seed);

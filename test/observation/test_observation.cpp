@@ -158,7 +158,7 @@ TEST(Observation, DoesNotDependOnTheNumberOfThreads)
   });
 }
 
-// Observations at the points: the block operator against its definition, merging, all solvers on it.
+// Observations at the points: the block operator compared with its definition, merging, and all solvers.
 
 using namespace systems;
 
@@ -170,7 +170,7 @@ PointSample sampleAt(const Eigen::Vector3f& position, const Eigen::Vector3f& nor
   return {position, normal, weight};
 }
 
-/// The trilinear interpolant of voxel values and its gradient, written down from their definition.
+/// The trilinear interpolant of voxel values and its gradient, by their definition.
 double interpolate(GridSize size, const std::vector<double>& d, const Eigen::Vector3f& at, Eigen::Vector3d& gradient)
 {
   const int sizes[3] = {size.x, size.y, size.z};
@@ -201,7 +201,7 @@ double interpolate(GridSize size, const std::vector<double>& d, const Eigen::Vec
   return value;
 }
 
-/// Half the energy of the data but for a constant: Σ ρ (½ v (cᵀd)² + ½ g ‖G d − u n‖²).
+/// Half the energy of the data, except for a constant: Σ ρ (½ v (cᵀd)² + ½ g ‖G d − u n‖²).
 double energyOf(GridSize size, const std::vector<PointSample>& samples, const PointWeights& weights, double unit,
                 const std::vector<double>& d)
 {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Every option of the table: the ends of its range are accepted, what lies beyond is refused with the option's name and
+// Every option of the table: the ends of its range are accepted; values beyond are refused with the option's name and
 // value.
 #include "field/prior.h"
 #include "levels/multiscale.h"
@@ -34,14 +34,14 @@ namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
-/// The message of a refusal; empty: it is valid.
+/// The message of a refusal; empty if the value is valid.
 template <typename Checked>
 std::string refusalOf(const Checked& checked)
 {
   return clouds::messageOf<pcl::mrf::InvalidOption>([&] { validate(checked); });
 }
 
-/// What the stage that an option belongs to says of it; the options as a whole, if it belongs to none.
+/// The message of the stage that an option belongs to, or of the whole options if it belongs to no stage.
 std::string refusalOfStage(const std::string& option, const Options& options)
 {
   const std::map<std::string, std::function<std::string()>> stages = {
@@ -110,7 +110,7 @@ TEST(OptionTable, WhatLiesBeyondIsRefusedByNameByItsStageAsWell)
   EXPECT_EQ(refusalOf(options), "prior.beta = 1 is outside its range [0, 1)");
 }
 
-/// What the docstring of paperPreset() says: what differs from the defaults, and what follows from it.
+/// The preset as its docstring describes it: the differences from the defaults and their consequences.
 TEST(Options, ThePapersPresetIsWhatItSays)
 {
   using namespace pcl::mrf;
@@ -195,7 +195,7 @@ TEST(OptionTable, WhatAMemberCannotHoldIsNotSet)
   EXPECT_EQ(options.prior.beta, Options().prior.beta);
 }
 
-/// Members that are no options of tools are checked as well.
+/// Members that are not options of the tools are checked as well.
 TEST(Options, MembersWithoutARowAreRefusedByName)
 {
   const double nan = std::nan("");
@@ -282,7 +282,7 @@ TEST(OptionTable, AtMostFortyTwoOptions)
   EXPECT_LE(pcl::mrf::optionDeclarations().size(), 42u);
 }
 
-/// Messages speak of members; whoever shows them has other names for these.
+/// Messages name members of the structs, which callers replace by their own names.
 TEST(OptionTable, MessagesAreShownInTheWordsOfTheirReaders)
 {
   using pcl::mrf::OptionNaming;

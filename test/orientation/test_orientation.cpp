@@ -30,7 +30,7 @@ using Eigen::Vector3f;
 
 namespace {
 
-/// The points' normals with random signs: what an estimate without any orientation gives, at its best.
+/// The points' normals with random signs, like a perfect estimate without orientation.
 std::vector<Vector3f> scrambled(const PointSet& points, unsigned seed = 5)
 {
   std::mt19937 random(seed);
@@ -63,7 +63,7 @@ OrientationResult estimateAndOrient(const PointSet& points, OrientationVote vote
   return orient(points, estimated(points), vote);
 }
 
-/// Share of the kept points whose normal is on the side of the true one.
+/// The share of the kept points whose normal is on the side of the true one.
 double shareRight(const PointSet& points, const OrientationResult& result)
 {
   std::int64_t right = 0, kept = 0;
@@ -75,7 +75,7 @@ double shareRight(const PointSet& points, const OrientationResult& result)
   return static_cast<double>(right) / static_cast<double>(kept);
 }
 
-/// The sensor that sees a point most from the front becomes its view.
+/// Sets the view of each point to the sensor that sees it most from the front.
 void assignViews(PointSet& points)
 {
   points.views.clear();
@@ -89,7 +89,7 @@ void assignViews(PointSet& points)
   }
 }
 
-/// With normals to the other side.
+/// The points with opposite normals.
 PointSet flipped(PointSet points)
 {
   for (Vector3f& normal : points.normals)
@@ -180,8 +180,7 @@ TEST(Orientation, TwoSheetsVoteOnTheirOwn)
   }
 }
 
-/// What stands on a floor before a wall, with a camera's noise: creases and steps in depth lead to normals that face
-/// away.
+/// Objects on a floor before a wall, with a camera's noise: creases and steps in depth lead to normals that face away.
 TEST(Orientation, NothingFacesAwayFromWhatSawIt)
 {
   const Eigen::Array3f center(0, .1f, 2), radii(.25f, .45f, .2f);
@@ -211,7 +210,7 @@ TEST(Orientation, NothingFacesAwayFromWhatSawIt)
   }
 }
 
-/// Three balls nearer to each other than their points: edges lead from one to the next.
+/// Three balls that are closer to each other than their points are: edges of the graph connect them.
 TEST(Orientation, ClosedSheetsThatTouchVoteOnTheirOwn)
 {
   for (const float spacing : {.08f, .1f, .12f}) {
@@ -227,7 +226,7 @@ TEST(Orientation, ClosedSheetsThatTouchVoteOnTheirOwn)
   }
 }
 
-/// The normals that are estimated where a ball or an egg lies on a table lead from one to the other.
+/// Estimated normals where a ball or an egg touches a table connect the two.
 TEST(Orientation, WhatLiesOnATableHasItsOwnOutside)
 {
   for (const float width : {.8f, 1.f, 1.3f})

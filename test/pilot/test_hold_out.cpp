@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The smoothing length: found by leaving points out, or set by a known noise.
+// The smoothing length: found with held-out points, or set by known noise.
 #include "observation/observation.h"
 #include "observation/point_observation.h"
 #include "pilot/hold_out.h"
@@ -97,7 +97,7 @@ TEST(Smoothing, aLayerOfPointsIsNoise)
   }
 }
 
-/// The points around a point of a thin tube are all around it.
+/// The neighbors of a point of a thin tube are on all sides of the tube.
 TEST(Smoothing, aThinTubeIsNoLayer)
 {
   std::mt19937 random(1);

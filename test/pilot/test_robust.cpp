@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "pilot/robust.h"
 
-// Structured outliers against a robust field.
+// Structured outliers, dropped by a robust field.
 #include "base/random.h"
 #include "support/shapes.h"
 
@@ -32,7 +32,7 @@ std::size_t dropped(const std::vector<std::uint8_t>& keep, std::size_t begin, st
                                              keep.begin() + static_cast<std::ptrdiff_t>(end), std::uint8_t{0}));
 }
 
-/// A torus with discs of 30 points a little off its surface, as dense as the surface, their normals right.
+/// A torus with discs of 30 points a little off its surface, as dense as the surface and with right normals.
 struct Clustered {
   OrientedPoints points;
   std::size_t inliers = 0;

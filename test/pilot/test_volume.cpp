@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "pilot/volume.h"
 
-// How much room the field gets beside openings.
+// The room that the volume of the field has beside openings.
 #include "support/clouds.h"
 #include "support/shapes.h"
 
@@ -30,7 +30,7 @@ PointSet turned(PointSet points, const Eigen::Quaternionf& rotation)
   return points;
 }
 
-/// A dish 2 wide and .27 deep with a hole of radius .4 in its middle, and what was in the hole.
+/// A dish 2 wide and .27 deep with a hole of radius .4 in its middle, and the points removed from the hole.
 struct Dish {
   PointSet points, hole;
 
@@ -71,7 +71,7 @@ Eigen::Array3f growth(const PointSet& points, float maxHole)
   return ((box.lower - volume.lower).array()).max((volume.upper - box.upper).array());
 }
 
-/// With voxels of two spacings: so smooth a shape would get larger ones.
+/// Options with voxels of two spacings; the automatic voxels of such a smooth shape are larger.
 Options fixedVoxels()
 {
   Options options;

@@ -18,7 +18,7 @@ namespace {
 
 constexpr int side = 160; // pixels
 
-/// What a camera sees along (x, y, 1) of each pixel, row by row.
+/// The depths that a camera sees along (x, y, 1) of each pixel, row by row.
 using Image = std::vector<float>;
 
 Image imageOf(const std::function<float(const Eigen::Vector3f& direction)>& depth)
@@ -30,21 +30,21 @@ Image imageOf(const std::function<float(const Eigen::Vector3f& direction)>& dept
   return image;
 }
 
-/// A ball of radius .4 two before the camera, or the wall behind it.
+/// The depth of a ball of radius .4 at distance 2 from the camera, or of the wall behind it.
 float ballBeforeWall(const Eigen::Vector3f& direction)
 {
   const float square = direction.squaredNorm(), root = 4 - square * (4 - .16f);
   return root > 0 ? (2 - std::sqrt(root)) / square : 5;
 }
 
-/// Leaves before the wall.
+/// The depth of leaves before the wall, or of the wall.
 float treeBeforeWall(const Eigen::Vector3f& direction, std::mt19937& random)
 {
   const bool isLeaf = direction.head<2>().norm() < .25f && random() % 2 == 0;
   return isLeaf ? std::uniform_real_distribution<float>(2, 4)(random) : 5;
 }
 
-/// A plane that recedes, in steps of the disparity as a depth camera tells it.
+/// The depth of a receding plane, in the disparity steps of a depth camera.
 float steppedPlane(const Eigen::Vector3f& direction)
 {
   constexpr float steps = 120;
@@ -62,7 +62,7 @@ PointSet pointsOf(const Image& image, const Eigen::Vector3f& sensor = Eigen::Vec
   return points;
 }
 
-/// An empty room from within, by a lidar whose rings are three times as far apart as the points of one.
+/// An empty room, seen from inside by a lidar whose rings are three times as far apart as the points of a ring.
 PointSet roomOfRings()
 {
   constexpr int rings = 90, ofRing = 6 * rings;
@@ -85,7 +85,7 @@ struct Mixed {
   std::vector<std::uint8_t> isMixed;
 };
 
-/// The ball and the wall, with a share of the pixels at its silhouette somewhere between both.
+/// The ball and the wall, with a share of the pixels at the ball's silhouette between the two.
 Mixed mixedImage(double share)
 {
   Mixed mixed{imageOf(ballBeforeWall), std::vector<std::uint8_t>(side * side, 0)};

@@ -23,7 +23,7 @@ namespace {
 
 using Positions = std::vector<Eigen::Vector3f>;
 
-/// What is to be searched, and by what it is hard.
+/// A cloud to search in, named by what makes it hard.
 struct Cloud {
   std::string name;
   std::function<Positions()> make;
@@ -108,7 +108,7 @@ const Cloud hardClouds[] = {
 
 class HardClouds : public testing::TestWithParam<Cloud> {};
 
-/// Of equals the smaller indices.
+/// Neighbors by brute force; among equal distances those with smaller indices.
 Neighbors bruteForce(const Positions& positions, const Eigen::Vector3f& query, std::size_t k, float limit)
 {
   std::vector<std::pair<float, int>> all;
@@ -137,7 +137,7 @@ void expectEqual(const Neighbors& found, const Neighbors& expected)
   EXPECT_EQ(found.squaredDistances, expected.squaredDistances);
 }
 
-/// Some of the positions, and places beside, between and far from them.
+/// Queries at some of the positions, and beside, between and far from them.
 Positions queriesFor(const Positions& positions)
 {
   Positions queries;

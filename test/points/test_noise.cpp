@@ -91,8 +91,8 @@ TEST(Noise, NoiseThatPixelsShareIsSeenWithItsLaw)
   }
 }
 
-/// Too little to be followed: what points left out ask for becomes longer, unless each point has noise of its own, or
-/// it is known.
+/// Correlated noise that is too weak to set the smoothing length makes the length from held-out points longer, unless
+/// each point has independent noise or the noise is known.
 TEST(Noise, ALittleThatPixelsShareLengthensSmoothing)
 {
   const auto ofDepth = [](float depth) { return .0012f * depth * depth; };
@@ -107,7 +107,7 @@ TEST(Noise, ALittleThatPixelsShareLengthensSmoothing)
   EXPECT_EQ(modelOf(points, 1, .005).lengthening, 1);
 }
 
-/// Thick layers of points, whose nearest neighbors in space are of similar height either way.
+/// In thick layers of points the nearest neighbors in space have similar heights, whatever the noise is.
 TEST(Noise, SheetsOfAQuantisedRangeAreNoWhiteNoise)
 {
   const NoiseModel white = modelOf(wall(0, 0)), quantised = modelOf(wall(2, 4));
@@ -120,8 +120,7 @@ TEST(Noise, SheetsOfAQuantisedRangeAreNoWhiteNoise)
     EXPECT_LT(group.white, .1 * group.deviation);
 }
 
-/// Windows of a facade: within few points they are edges, within as many as are asked the wall goes on to become
-/// rougher.
+/// Windows of a facade: among few points they are edges; among as many as are used, roughness grows with their number.
 TEST(Noise, ReliefIsNone)
 {
   constexpr float whiteNoise = .3f;
@@ -156,7 +155,8 @@ TEST(Noise, TheOtherWallOfAThinObjectIsNone)
   EXPECT_TRUE(modelOf(withSpacings(points)).isStrong);
 }
 
-/// The nearest 384 points are all around it, and the noise of the nearest 12 is a part of what a quadric leaves there.
+/// The nearest 384 points surround the rod, so that a quadric leaves a residual there; the noise of the nearest 12
+/// points is only a part of it.
 TEST(Noise, TheRoundOfARodIsNone)
 {
   constexpr int around = 24, along = 500;
@@ -175,8 +175,8 @@ TEST(Noise, TheRoundOfARodIsNone)
     EXPECT_NEAR(group.deviation, .25, .1);
 }
 
-/// Of one ring the nearest points lie in the plane of its rays, whatever their noise; those of the next ones are a
-/// meter away on the wall of an alley.
+/// The nearest points of a ring lie in the plane of its rays, whatever their noise; on the wall of an alley the next
+/// rings are a meter away.
 TEST(Noise, WhatDiffersBetweenTheRingsOfALidarIsNone)
 {
   constexpr int rings = 16, rays = 3600;

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the point stages are built of: sorting in space, joining sets by many threads, cells, medians, boxes, the best
-// tree.
+// Parts of the point stages: sorting in space, joining sets by several threads, cells, medians, boxes, the best tree.
 #include "base/cell_hash.h"
 #include "base/disjoint_sets.h"
 #include "base/select_values.h"
@@ -29,7 +28,7 @@ using namespace pcl::mrf;
 
 namespace {
 
-/// More than one piece of parallel work of every pass.
+/// A number of points that gives every pass several pieces of parallel work.
 constexpr std::size_t many = 150000;
 
 struct Gathered {
@@ -246,7 +245,7 @@ TEST(OrientationGraph, BestTreeIsThatOfAllEdgesSorted)
 
 namespace {
 
-/// Five points of which every array tells the number.
+/// Five points; every array holds the number of each point.
 template <typename Points>
 Points numbered()
 {

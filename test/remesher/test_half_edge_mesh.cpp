@@ -22,7 +22,7 @@ namespace {
 
 Execution serial(1);
 
-/// All that the arrays promise each other.
+/// Expects the arrays of the mesh to be consistent with each other.
 void expectConsistent(const HalfEdgeMesh& mesh)
 {
   std::vector<int> corners(mesh.positions.size(), 0), edges(mesh.positions.size(), 0);
@@ -58,7 +58,7 @@ void expectConsistent(const HalfEdgeMesh& mesh)
   }
 }
 
-/// Operations in random order wherever they are allowed, logged in turn by some logs; geometry plays no part.
+/// Does random operations wherever they are allowed, recorded in several logs in turn; geometry is ignored.
 void shake(HalfEdgeMesh& mesh, unsigned seed, int operations, std::vector<OperationLog>& logs)
 {
   std::mt19937 random(seed);
@@ -100,7 +100,7 @@ void shake(HalfEdgeMesh& mesh, unsigned seed, int operations)
   shake(mesh, seed, operations, logs);
 }
 
-/// Without what was removed; each from its smallest vertex on.
+/// The triangles that were not removed, sorted; each begins with its smallest vertex.
 std::vector<Triangle> sortedTriangles(const HalfEdgeMesh& mesh)
 {
   std::vector<Triangle> triangles;
@@ -305,7 +305,7 @@ namespace {
 constexpr int count = 60;
 constexpr float tooth = .03f, radius = 1, maxShift = .05f;
 
-/// A disc around its middle at x, its border with teeth: every other vertex is that much farther out.
+/// Appends a disc centered at x with a toothed border: every other vertex is farther out.
 void appendDisc(TriangleMesh& mesh, float x)
 {
   const auto first = static_cast<std::int32_t>(mesh.vertices.size());

@@ -48,7 +48,7 @@ void expectSameBytes(const RemeshResult& a, const RemeshResult& b)
   EXPECT_EQ(a.refusedOperations, b.refusedOperations);
 }
 
-/// What must not depend on the parts. \return the mesh's statistics
+/// Expects the results that must not depend on the parts. \return the mesh's statistics
 MeshStatistics expectLikeWhole(const RemeshResult& result, const RemeshResult& whole, double qualityLoss = .01)
 {
   const MeshStatistics own = measure(result.mesh), other = measure(whole.mesh);

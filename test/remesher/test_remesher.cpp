@@ -95,7 +95,7 @@ Vector3d normalOf(const TriangleMesh& mesh, const Triangle& t)
 
 using Border = std::map<std::int32_t, std::int32_t>;
 
-/// Largest distance of a border's vertices to another border.
+/// The maximum distance from a border's vertices to another border.
 double farthest(const TriangleMesh& mesh, const Border& border, const TriangleMesh& other, const Border& otherBorder)
 {
   double result = 0;
@@ -126,7 +126,7 @@ RemesherOptions withTarget(double edge)
   return options;
 }
 
-/// The same, for what must keep the topology that it has, without intersections.
+/// The same; expects the topology to be kept, and no intersections.
 RemeshResult soundlyRemeshed(const TriangleMesh& mesh, const DistanceField& field, const RemesherOptions& options = {},
                              const EdgeSizing& sizing = {})
 {
@@ -327,7 +327,7 @@ TEST(Remesher, TargetEdgeIsReached)
   }
 }
 
-/// Lengths of the edges with their middle where a condition holds.
+/// The lengths of the edges whose midpoint fulfills a condition.
 template <typename Condition>
 std::vector<double> edgesWhere(const TriangleMesh& mesh, const Condition& holds)
 {
@@ -342,7 +342,7 @@ std::vector<double> edgesWhere(const TriangleMesh& mesh, const Condition& holds)
   return lengths;
 }
 
-/// Long edges are asked for where x > .2, as far as they may grow on the way there.
+/// A sizing with long edges where x > .2, as far as it may grow on the way there.
 EdgeSizing longOnOneSide(const TriangleMesh& mesh, float size)
 {
   EdgeSizing sizing;
@@ -427,7 +427,7 @@ TEST(Remesher, HasAsManyTrianglesAsAskedFor)
   }
 }
 
-/// Mean distance of the middles of triangles from a shape, by area.
+/// The mean distance of triangle centroids from a shape, weighted by area.
 double meanDistance(const TriangleMesh& mesh, const shapes::Sdf& sdf)
 {
   double sum = 0, area = 0;
@@ -505,7 +505,7 @@ TEST(Remesher, HugeTargetEdgeKeepsTheTopology)
 
 namespace {
 
-/// What is left of a mesh outside of a few random balls; where fans touch at a vertex, each gets its own.
+/// The part of a mesh outside of a few random balls; where fans touch at a vertex, each gets a copy of it.
 TriangleMesh cutAtRandom(const TriangleMesh& mesh, std::mt19937& random)
 {
   std::uniform_real_distribution<double> coordinate(-.9, .9), radius(.1, .4);

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Point types of users work like PCL's own. Here by PCL_NO_PRECOMPILE, which has PCL's templates compiled where they
-// are used; the example own_points.cpp includes what the class is compiled from instead, and hands over a search
-// object.
+// Point types of users work like PCL's own. This test uses PCL_NO_PRECOMPILE, which makes PCL compile its templates
+// where they are used; the example own_points.cpp includes the class's implementation instead and sets a search object.
 #define PCL_NO_PRECOMPILE
 
 #include "support/shapes.h"
@@ -14,7 +13,7 @@
 
 #include <cmath>
 
-/// As scanners' drivers define them: no more than the values, without the unions of PCL's types.
+/// A point type as scanner drivers define it: only the values, without the unions of PCL's types.
 struct Echo {
   float x, y, z;
   float normal_x, normal_y, normal_z;

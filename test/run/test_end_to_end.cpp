@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The whole method on shapes whose truth is known, and what must not change its result.
+// The whole method on shapes with known truth, and changes of the input that must not change its result.
 #include "mesh/self_intersection.h"
 #include "support/clouds.h"
 #include "support/contract.h"

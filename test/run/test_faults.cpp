@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What goes wrong outside of the method: memory, threads, the user's own objects. Always a clean error.
+// Faults outside of the method, in memory, threads and the user's own objects, give a clean error.
 #include "support/clouds.h"
 #include "support/contract.h"
 
@@ -21,7 +21,7 @@ using namespace contract;
 using conversion::sameBytes;
 using pcl::mrf::Status;
 
-// Eigen's sparse matrices lose what they have when an allocation in their constructor fails.
+// Eigen's sparse matrices leak memory when an allocation in their constructor fails.
 extern "C" const char* __lsan_default_suppressions(); // NOLINT: the sanitizer's name
 extern "C" const char* __lsan_default_suppressions()  // NOLINT
 {
@@ -30,7 +30,7 @@ extern "C" const char* __lsan_default_suppressions()  // NOLINT
 
 namespace {
 
-/// Allocations are counted while `counting`; the one numbered `failing` fails, and with `forGood` all after it.
+/// Allocations are counted while `counting` is set; number `failing` fails, and with `forGood` all later ones, too.
 std::atomic<bool> counting{false}, forGood{false};
 std::atomic<std::int64_t> allocations{0}, failing{-1};
 
@@ -61,7 +61,7 @@ constexpr std::size_t natural = alignof(std::max_align_t);
 
 } // namespace
 
-// Those of arrays call these.
+// The operators for arrays call these.
 void* operator new(std::size_t bytes)
 {
   return allocateOrThrow(bytes, natural);
@@ -138,7 +138,7 @@ void expectCleared(const pcl::PolygonMesh& mesh)
   EXPECT_EQ(mesh.cloud.width, 0u);
 }
 
-/// Fails allocations of a run: each, or as many as a test has time for.
+/// Makes allocations of a run fail, one at a time: all of them, or as many as a test has time for.
 void failAllocations(const pcl::mrf::Options& options, bool allOfThem)
 {
   Small undisturbed(options);

@@ -181,7 +181,7 @@ TEST(BadInput, NormalsThatAreMissingOrOnTheWrongSide)
   }
 }
 
-/// Of objects whose outside is less clear from their points than from their normals.
+/// Objects whose outside is clearer from their normals than from their points.
 TEST(BadInput, NormalsThatAreRightStay)
 {
   const Cloud::Ptr unitBall = sphereCloud();

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What must hold of every surface, with default settings: random scenes of known shape, seen from all sides or by some
-// sensors, with holes and noise, against the truth.
+// Properties that every surface must have with default settings: random scenes of known shape, seen from all sides or
+// by several sensors, with holes and noise, are compared with the truth.
 //   test_invariants [SCENES [FIRST_SEED]]
-// A scene is named by its seed: SCENES = 1 runs it alone and says what it measured.
+// A scene is named by its seed: SCENES = 1 runs it alone and prints the measures.
 #include "support/clouds.h"
 #include "support/random.h"
 #include "support/scans.h"
@@ -31,7 +31,7 @@ namespace {
 
 constexpr double halfSide = 1.3, farthest = 12; // of the scenes, and of what sensors see
 
-/// No part is thinner than three spacings: what noise makes of thinner ones is no surface.
+/// No part is thinner than three spacings: with noise, thinner parts would not give a surface.
 shapes::Sdf drawPart(Random& random)
 {
   const double size = random.uniform(.25, .6);
@@ -48,7 +48,7 @@ shapes::Sdf drawPart(Random& random)
   }
 }
 
-/// A scene and what is scanned of it.
+/// A scene and its scan.
 struct Scene {
   shapes::Sdf truth;
   double spacing, noise = 0;
@@ -142,7 +142,7 @@ private:
   }
 };
 
-/// What is measured of a surface.
+/// The measures of a surface.
 struct Measures {
   double farthestPoint = 0; ///< of the points that were used, to the mesh: in 3 spacings and 3 deviations
   double seenThrough = 0;   ///< share of the area before what the true sensors saw, by more than 5 spacings
@@ -151,7 +151,7 @@ struct Measures {
   std::int64_t intersecting = 0;
 };
 
-/// The vertices where the mesh ends.
+/// The vertices on the border of the mesh.
 std::vector<std::size_t> borderOf(const TriangleMesh& mesh)
 {
   std::vector<std::pair<std::int32_t, std::int32_t>> edges;
@@ -168,8 +168,8 @@ std::vector<std::size_t> borderOf(const TriangleMesh& mesh)
   return border;
 }
 
-/// The share of the area that lies before what a sensor saw, and is not the end of what points near it support. Rays of
-/// the truth tell, not the points; but what they meet has to have been sampled.
+/// The share of the area that lies in front of surface that a sensor saw, apart from the margin of surface that points
+/// support. Rays to the true surface decide, not the points; but the place that a ray meets must have been sampled.
 double seenThroughShare(const Scene& scene, const Reconstruction& result, const NeighborSearch& search)
 {
   const double sheet = 5 * scene.spacing + 3 * scene.noise, end = 3 * (scene.spacing + scene.noise);
@@ -236,8 +236,8 @@ Measures measureAll(const Scene& scene, const Reconstruction& result)
   return measures;
 }
 
-/// What does not hold; empty if all does. A rule that drops components says so, and takes their points' surface. The
-/// filling of a hole of a closed surface stays if less than half of it was seen through.
+/// The first property that does not hold; empty if all hold. A rule that drops components reports that, and the surface
+/// of their points is gone. The filling of a hole of a closed surface stays if less than half of it was seen through.
 std::string faultOf(const Measures& found, const Report& report)
 {
   std::string text;

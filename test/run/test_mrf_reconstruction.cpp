@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The contract of pcl::MRFReconstruction: what PCL users rely on.
+// The contract of pcl::MRFReconstruction that PCL users rely on.
 #include "support/contract.h"
 
 #include <pcl/search/organized.h>
@@ -21,7 +21,7 @@ Cloud::Ptr torusCloud()
   return conversion::make<pcl::PointNormal>(shapes::sample(shapes::torus(1, .4), 1.6, spacing));
 }
 
-/// What an object of its own makes of a cloud with default settings; once for all tests.
+/// The mesh of a cloud by a new object with default settings; computed once for all tests.
 const pcl::mrf::TriangleMesh& meshOf(Cloud::Ptr (*cloud)())
 {
   static std::map<Cloud::Ptr (*)(), pcl::mrf::TriangleMesh> meshes;
@@ -49,7 +49,7 @@ using PointTypes =
 #endif
 TYPED_TEST_SUITE(EveryPointType, PointTypes);
 
-/// What holds for any type of point; apart from the test of types, which is compiled for each of them.
+/// Expects the sphere that every point type must give. Not in the test of types, which is compiled for each.
 void expectSphere(const pcl::PolygonMesh& output, const pcl::mrf::Report& report)
 {
   const pcl::mrf::TriangleMesh mesh = conversion::plain(output);

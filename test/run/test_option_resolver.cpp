@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Requests and resolved options: what a run replaces, what it leaves, and that no step can be forgotten.
+// Requested and resolved options: which values a run replaces, which it keeps, and that no step can be forgotten.
 #include "levels/multiscale.h"
 #include "observation/observation.h"
 #include "run/option_resolver.h"
@@ -24,7 +24,7 @@ SamplingDensity densityOf(float spacing)
   return density;
 }
 
-/// With nothing left to cross-validation.
+/// Options that leave nothing to cross-validation.
 Options givenOptions()
 {
   Options options;

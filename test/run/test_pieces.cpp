@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "run/pieces.h"
 
-// Clouds in pieces far apart, and what their fields and meshes are.
+// Clouds in pieces far apart, with their fields and meshes.
 #include "support/clouds.h"
 #include "support/shapes.h"
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Clouds of every kind with valid options of every kind: whatever is asked, the answer is a valid mesh, or one clear
-// error and no mesh, within limits of time and memory.
+// Clouds of every kind with valid options of every kind. Every run gives a valid mesh, or one clear error and no mesh,
+// within limits of time and memory.
 //   test_random_clouds [CASES [FIRST_SEED]]
-// A case is named by its seed, and told before it runs, in case that it ends the process.
+// A case is named by its seed, which is printed before it runs, in case it ends the process.
 #include "mesh/self_intersection.h"
 #include "support/conversion.h"
 #include "support/random.h"
@@ -35,7 +35,7 @@ using Eigen::Vector3d;
 
 namespace {
 
-/// What a user hands to the class.
+/// The input that a user gives to the class.
 struct Cloud {
   std::string kind;
   std::vector<Vector3d> positions;
@@ -45,13 +45,13 @@ struct Cloud {
   std::vector<std::int32_t> views; ///< one per point, or none
 };
 
-/// What fills a cloud with points of one kind.
+/// A function that fills a cloud with points of one kind.
 struct Kind {
   const char* name;
   void (*make)(Cloud&, Random&);
 };
 
-/// Enough for a surface, few enough for milliseconds.
+/// A random number of points: enough for a surface, few enough for a run of milliseconds.
 std::size_t count(Random& random)
 {
   return static_cast<std::size_t>(random.decades(1.5, 3.2));
@@ -71,7 +71,7 @@ void addSphere(Cloud& cloud, std::size_t points, const Vector3d& center, double 
   }
 }
 
-/// A square of side 2 in z = 0 around the center, moved and turned.
+/// Adds a square of side 2 around the center, turned.
 void addSquare(Cloud& cloud, std::size_t points, const Vector3d& center, const Eigen::Matrix3d& turn, Random& random)
 {
   for (std::size_t n = 0; n < points; ++n)
@@ -390,7 +390,7 @@ Cloud drawCloud(const Kind& kind, Random& random)
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
-/// Where most values are drawn from, and where the ends are that are tried now and then.
+/// The usual range of an option's random values, and the ends that are tried now and then.
 struct Drawn {
   double lower, upper, least, most;
 };
@@ -430,7 +430,7 @@ double drawNumber(const OptionDeclaration& option, Random& random, double unit)
   return option.isWhole ? std::round(value) : value;
 }
 
-/// Draws one option; leaves it where it is if it cannot be what was drawn.
+/// Draws the value of one option; keeps the old one if the drawn value is refused.
 void change(const OptionDeclaration& option, Options& options, Random& random, double unit, std::string& description)
 {
   const double value =
@@ -439,7 +439,7 @@ void change(const OptionDeclaration& option, Options& options, Random& random, d
     description += " " + option.name + "=" + option.textOf(value);
 }
 
-/// About the distance between neighbors on a surface through the cloud.
+/// The approximate distance between neighbors on a surface through the cloud.
 double unitOf(const Cloud& cloud)
 {
   Vector3d lower = Vector3d::Constant(infinity), upper = -lower;
@@ -452,8 +452,8 @@ double unitOf(const Cloud& cloud)
   return std::isfinite(size) && size > 0 ? size / std::sqrt(static_cast<double>(cloud.positions.size())) : 1;
 }
 
-/// Options that are valid for the lengths of the cloud, mostly near the defaults, now and then at the ends of what is
-/// allowed. \param description appended: what differs from the defaults
+/// Options that are valid for the lengths of the cloud, mostly near the defaults, now and then at the ends of the
+/// ranges. \param description the differences from the defaults are appended
 Options drawOptions(const Cloud& cloud, Random& random, std::string& description)
 {
   Options options;
@@ -483,11 +483,11 @@ constexpr bool isSanitized = true; // addresses are reserved by the terabyte
 #else
 constexpr bool isSanitized = false;
 #endif
-// A surface of below 100,000 points that takes a minute of the processor counts as hanging.
+// A run on fewer than 100,000 points that takes a minute of processor time counts as hanging.
 constexpr double secondsLimit = isSanitized ? 600 : 60;
 constexpr rlim_t bytesLimit = rlim_t{2} << 30;
 
-/// How a case may end, as its answer begins.
+/// The beginnings of the two valid answers of a case.
 constexpr const char *meshPrefix = "mesh", *errorPrefix = "error";
 
 float toFloat(double value)
@@ -523,7 +523,7 @@ typename pcl::PointCloud<PointT>::Ptr makeCloud(const Cloud& cloud)
   return result;
 }
 
-/// What is wrong with a mesh; empty if nothing is.
+/// The fault of a mesh; empty if it has none.
 std::string faultOf(const TriangleMesh& mesh)
 {
   std::ostringstream text;
@@ -552,7 +552,7 @@ std::string faultOf(const TriangleMesh& mesh)
   return text.str();
 }
 
-/// What is wrong with how a run failed; empty if nothing is.
+/// The fault in how a run failed; empty if there is none.
 std::string faultOf(const Report& report, const pcl::PolygonMesh& mesh)
 {
   const bool isExpected = report.status == Status::invalidInput || report.status == Status::invalidOption ||
@@ -568,7 +568,7 @@ std::string faultOf(const Report& report, const pcl::PolygonMesh& mesh)
   return {};
 }
 
-/// Runs a cloud as a user does. \return how it ended, or what is wrong with that
+/// Runs a cloud as a user does. \return how it ended, or the fault
 template <typename PointT>
 std::string runAs(const Cloud& cloud, Options options, bool again)
 {

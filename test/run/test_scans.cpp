@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The real scans beside the project, and a simulated one that is everywhere: validity of the meshes, accuracy and hole
-// filling against fixed bars.
+// The real scans beside the project, and simulated ones: validity of the meshes; accuracy and hole filling within
+// limits.
 #include "field/prior.h"
 #include "levels/multiscale.h"
 #include "mesh/self_intersection.h"
@@ -31,7 +31,7 @@ struct Outcome {
   double diagonal = 0; ///< of the scan
 };
 
-/// Reconstructs, by default without remeshing: the bars are on the zero level itself.
+/// Reconstructs, by default without remeshing: the limits are for the zero level itself.
 Outcome run(const std::string& name, Options options, int remeshingRounds = 0)
 {
   options.remesher.rounds = remeshingRounds;
@@ -53,7 +53,7 @@ Outcome run(const std::string& name, Options options, int remeshingRounds = 0)
   return outcome;
 }
 
-/// With the defaults, but for the remeshing; once for all tests.
+/// The outcome with the defaults except the remeshing; computed once for all tests.
 const Outcome& runAsUsual(const std::string& name)
 {
   static std::map<std::string, Outcome> outcomes;
@@ -69,7 +69,7 @@ void expectOneValidComponent(const Reconstruction& reconstruction)
   EXPECT_TRUE(selfIntersectingTriangles(reconstruction.mesh, execution).empty());
 }
 
-/// Observed by voxels; with the padding that the bars were set with: three holes say little about a wider volume.
+/// Observations at voxels, with the padding for which the limits were set: three holes say little about a wider volume.
 Options voxelwise()
 {
   Options options;
@@ -193,8 +193,8 @@ TEST_P(SmoothScan, FineIsMoreAccurateThanTheNormalQuality)
   EXPECT_LE(fine.clean, .85 * runAsUsual(GetParam().scan).clean);
 }
 
-/// Expects the zero level of a solution that stops at its default to be that of the dense one: all vertices count,
-/// holes included. \param rms, farthest in voxels
+/// Expects the zero level of a solution with the default stopping rule to be that of the dense solution, at all
+/// vertices, holes included. \param rms, farthest in voxels
 void expectDenseSolution(const std::string& scan, Options options, std::int64_t denseVoxels, double rms,
                          double farthest)
 {

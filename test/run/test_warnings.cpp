@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a run says about its levels and points.
+// The warnings of a run about its levels and points.
 #include "run/warnings.h"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The grids' operator and its V-cycle against explicit matrices, for all orders of the prior and one that has no name.
+// The grids' operator and its V-cycle compared with explicit matrices, for all named orders of the prior and one more.
 #include "field/prior.h"
 #include "solver/grid_solver.h"
 #include "solver/grids.h"
@@ -22,7 +22,7 @@ namespace {
 
 constexpr int allOrders[] = {1, 2, 3, 4};
 
-/// What another order takes: the operator itself knows of no list of priors.
+/// The constants of any order: the operator itself has no list of priors.
 PriorConstants constantsOf(int order)
 {
   return order <= 3 ? priorConstants(static_cast<Prior>(order), true) : PriorConstants{order, 10, .25, .7, .4, .25};
@@ -33,7 +33,7 @@ Lattice latticeOf(const GridSize& size)
   return {size, Eigen::Vector3d::Zero(), 1};
 }
 
-/// Runs of random lengths, anywhere in the lattice.
+/// Voxels in runs of random lengths, anywhere in the lattice.
 VoxelSet randomVoxels(const GridSize& size, unsigned seed, double share)
 {
   std::mt19937 random(seed);
@@ -51,7 +51,7 @@ VoxelSet randomVoxels(const GridSize& size, unsigned seed, double share)
       0, execution);
 }
 
-/// With the voxels of all cells that hold samples.
+/// The voxels together with those of all cells that hold samples.
 VoxelSet withObserved(const VoxelSet& voxels, const std::vector<PointSample>& samples)
 {
   Execution execution(1);

@@ -21,11 +21,11 @@ using namespace systems;
 
 namespace {
 
-// Odd, even, and one or two voxels thick along one, two and all axes.
+// Odd and even sizes, and grids one or two voxels thick along one, two and all axes.
 const GridSize allSizes[] = {{7, 5, 6}, {8, 4, 8}, {17, 3, 9}, {1, 6, 5}, {6, 1, 5}, {6, 5, 1}, {2, 1, 9},
                              {9, 2, 1}, {1, 1, 7}, {7, 1, 1},  {1, 7, 1}, {2, 2, 2}, {1, 1, 1}, {3, 2, 4}};
 
-/// The matrix of a level that nothing observes.
+/// The system of a level without observations.
 LinearSystem unobserved(const GridSize& size, Prior prior, int threads = 1)
 {
   Execution execution(threads);

@@ -11,9 +11,9 @@ using pcl::mrf::Wavefront;
 
 namespace {
 
-/// Follows a sweep and checks that each action finds what it needs: the iterate after the right number of steps, powers
-/// of L and products that are complete, and nothing that its ring no longer holds. Planes two or more away from those
-/// with voxels are not visited, and what is read there does not matter.
+/// Follows a sweep and checks that each action finds its inputs: the iterate after the right number of steps, powers of
+/// L and products that are complete, and nothing that the ring no longer holds. Planes two or more away from those with
+/// voxels are not visited, and their values do not matter.
 class Recorder {
 public:
   Recorder(const Wavefront& wavefront, int order, int steps, int bottom, int top)

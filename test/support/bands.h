@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// Fields that are stored in voxels of several sizes.
+/// Fields stored in voxels of several sizes.
 #pragma once
 
 #include "field/field_contents.h"
@@ -11,7 +11,7 @@
 
 namespace bands {
 
-/// A band of some voxels of a lattice. \param isStored, value of the position of a voxel
+/// A band with some voxels of a lattice. \param isStored, value functions of the position of a voxel
 template <typename IsStored, typename Value>
 std::shared_ptr<pcl::mrf::BandedDistances> bandOn(const pcl::mrf::Lattice& lattice, const IsStored& isStored,
                                                   const Value& value, pcl::mrf::DistanceField background)
@@ -41,8 +41,8 @@ std::shared_ptr<pcl::mrf::BandedDistances> bandOn(const pcl::mrf::Lattice& latti
   return banded;
 }
 
-/// 32³ voxels of side 1 from the origin on, but side 4 and 2 outside of two boxes within each other that are drawn;
-/// all of it is within the coarser bands. \param value of a position
+/// A field over 32³ voxels of side 1 from the origin on. The voxels have side 4 and 2 outside of two random nested
+/// boxes; each band lies within the coarser ones. \param value function of a position
 template <typename Value>
 pcl::mrf::DistanceField nested(std::mt19937& random, const Value& value)
 {

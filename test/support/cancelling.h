@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// \file
-/// \brief How often a run asks whether to go on, and whether it stops when told to.
+/// \brief Counts the progress calls of a run, and checks that the run stops when it is cancelled.
 #pragma once
 
 #include <pcl/surface/mrf/exceptions.h>
@@ -11,7 +11,7 @@
 #include <cstdint>
 #include <string>
 
-/// Calls of the callback during run(execution).
+/// The number of calls of the callback during run(execution).
 template <typename Run>
 std::int64_t callsDuring(const Run& run, int threads = 1)
 {
@@ -24,7 +24,7 @@ std::int64_t callsDuring(const Run& run, int threads = 1)
   return calls;
 }
 
-/// Cancels run(execution) at the first call, at the last one, and at some between.
+/// Cancels run(execution) at the first call, at the last one, and at two between.
 template <typename Run>
 void expectCancelledWhereverItAsks(const Run& run)
 {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// \file
-/// \brief Changes of point sets that must not change, or must scale, what a stage finds.
+/// \brief Makes and changes point sets, for tests of invariance among others.
 #pragma once
 
 #include <pcl/surface/mrf/neighbor_search.h>
@@ -14,7 +14,7 @@
 
 namespace clouds {
 
-/// The default search, in the points.
+/// The default search over the points.
 std::unique_ptr<pcl::mrf::NeighborSearch> searchOf(const pcl::mrf::PointSet& points);
 
 /// Positions and sensors multiplied by a factor.
@@ -32,8 +32,8 @@ pcl::mrf::PointSet randomSquare(std::size_t count, float half, unsigned seed = 1
 /// side × side points of a square lattice in z = 0 with the given spacing, with normals +z.
 pcl::mrf::PointSet lattice(int side, float spacing);
 
-/// What a lidar of 32 beams in a yard sees from 1.8 above the ground: walls and boxes up to 25 away, one ray every .2
-/// degrees, noise of .01. Rings lie up to 50 times as far apart as their points. With true normals, and the sensor.
+/// Points that a lidar of 32 beams sees in a yard, 1.8 above the ground: walls and boxes up to 25 away, one ray every
+/// .2 degrees, noise of .01. Rings lie up to 50 times as far apart as their points. With true normals and sensor.
 pcl::mrf::PointSet lidar();
 
 /// Appends one point.
@@ -43,14 +43,14 @@ void append(pcl::mrf::PointSet& points, const Eigen::Vector3f& position, const E
 void append(pcl::mrf::PointSet& points, const pcl::mrf::PointSet& more,
             const Eigen::Vector3f& offset = Eigen::Vector3f::Zero());
 
-/// As a cloud comes, without sensors.
+/// A raw cloud without sensors.
 pcl::mrf::RawCloud raw(std::vector<Eigen::Vector3f> positions, std::vector<Eigen::Vector3f> normals = {});
 
-/// What `reconstruct` makes of a cloud with normals.
+/// The reconstruction of a cloud with normals.
 pcl::mrf::Reconstruction reconstruct(const pcl::mrf::PointSet& cloud, const pcl::mrf::Options& options = {},
                                      int threads = 1);
 
-/// The message that the call's pcl::mrf::Error of this type carries; empty if it did not throw one.
+/// The message of the error of this type that the call throws; empty if it throws none.
 template <typename ErrorType, typename Call>
 std::string messageOf(const Call& call)
 {

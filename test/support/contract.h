@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// \file
-/// \brief What the tests of the class share: small clouds, and what must hold when a run fails.
+/// \brief Shared by the tests of the class: small clouds, and checks of runs that fail.
 #pragma once
 
 #include "conversion.h"
@@ -43,7 +43,7 @@ inline pcl::mrf::PointSet patch()
                         [](const Eigen::Vector3f& p) { return p.cwiseAbs().maxCoeff() < 1; });
 }
 
-/// Outputs that hold something, so that a test sees whether they were cleared.
+/// Outputs that are not empty, so that a test sees whether they were cleared.
 template <typename PointT>
 struct Outputs {
   pcl::PolygonMesh mesh;
@@ -59,7 +59,7 @@ struct Outputs {
   }
 };
 
-/// Runs both overloads on something that must fail. \return the message
+/// Runs both overloads, which must fail and clear their outputs. \return the message
 template <typename PointT>
 std::string expectFailure(pcl::MRFReconstruction<PointT>& mrf, pcl::mrf::Status status)
 {
@@ -81,7 +81,7 @@ std::string expectFailure(pcl::MRFReconstruction<PointT>& mrf, pcl::mrf::Status 
   return message;
 }
 
-/// What a run that has to succeed writes.
+/// The output of a run that must succeed.
 template <typename PointT>
 pcl::PolygonMesh outputOf(pcl::MRFReconstruction<PointT>& mrf)
 {
@@ -97,14 +97,14 @@ pcl::mrf::TriangleMesh run(pcl::MRFReconstruction<PointT>& mrf)
   return conversion::plain(outputOf(mrf));
 }
 
-/// The class with points as its input.
+/// The class with the given points as its input.
 template <typename PointT>
 struct On : pcl::MRFReconstruction<PointT> {
   explicit On(const pcl::mrf::PointSet& points = sphere()) { this->setInputCloud(conversion::make<PointT>(points)); }
 };
 using OnSphere = On<pcl::PointNormal>;
 
-/// A search of PCL's whose answers are looked at, or changed, before they are given.
+/// One of PCL's searches, with a function that inspects or changes its answers.
 struct ChangedSearch : pcl::search::KdTree<pcl::PointNormal> {
   using Base = pcl::search::KdTree<pcl::PointNormal>;
   using Change = std::function<int(int found, pcl::Indices& indices, std::vector<float>& distances)>;
@@ -126,7 +126,7 @@ struct ChangedSearch : pcl::search::KdTree<pcl::PointNormal> {
   }
 };
 
-/// PCL prints the errors that these tests provoke; they would hide the test's own.
+/// Turns off PCL's messages: the errors that these tests provoke would hide those of the tests.
 class Quiet : public ::testing::Environment {
 public:
   void SetUp() override { pcl::console::setVerbosityLevel(pcl::console::L_ALWAYS); }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// \file
-/// \brief What a depth camera sees, with noise that neighboring pixels share.
+/// \brief Points of a depth camera, with noise that neighboring pixels share.
 #pragma once
 
 #include <pcl/surface/mrf/point_set.h>
@@ -12,7 +12,7 @@ namespace depth_image {
 
 constexpr int side = 160; ///< pixels
 
-/// Noise of deviation 1 of each pixel, row by row, the same over some squares of 2·reach + 1 pixels in the mean.
+/// Noise of deviation 1 for each pixel, row by row: white noise averaged over squares with sides of 2·reach + 1 pixels.
 std::vector<float> noise(int reach);
 
 /// The plane y = 1, which recedes from 1 to 3 before a camera at the origin that looks along z. With its normals

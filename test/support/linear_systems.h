@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// \file
-/// \brief Linear systems with known solutions, and how the tests of the solvers compare fields.
+/// \brief Linear systems with known solutions, and comparisons of fields, for the tests of the solvers.
 #pragma once
 
 #include "observation/observation.h"
@@ -15,7 +15,7 @@
 #include <random>
 #include <vector>
 
-/// The prior as an explicit matrix, written down from its definition: what the matrix-free operator is compared with.
+/// The prior as an explicit matrix, by its definition, to compare the matrix-free operator with.
 namespace oracle {
 
 using Matrix = Eigen::SparseMatrix<double>;
@@ -59,7 +59,7 @@ inline PriorOptions priorOptions(Prior prior, Energy energy = Energy::joint, flo
   return options;
 }
 
-/// Distances to a sphere of radius 0.3 of the grid within 1.5 voxels of it, but for a cap of 37° around +z: a hole.
+/// Distances to a sphere of radius 0.3 of the grid, within 1.5 voxels of it, without a cap of 37° around +z: a hole.
 Observation observeSphere(GridSize size, double shift = 0, double scale = 1);
 
 /// (L^k + W) d = W targets
@@ -100,10 +100,10 @@ inline SolverOptions solverOptions(SolverMethod method, double tolerance = 1e-4,
   return options;
 }
 
-/// Random points in a grid. \param beyond some are behind its outermost voxel centers
+/// Random points in a grid. \param beyond some are outside of its outermost voxel centers
 std::vector<pcl::mrf::PointSample> randomSamples(const GridSize& size, int count, unsigned seed, bool beyond = false);
 
-/// 0..most, the same with every standard library.
+/// Uniform in 0..most, the same numbers with every standard library.
 inline float uniform(std::mt19937& random, float most)
 {
   return most * static_cast<float>(random()) / 4294967296.f;
@@ -115,8 +115,8 @@ inline Eigen::Vector3f randomDirection(std::mt19937& random)
   return Eigen::Vector3f(x, y, z).normalized();
 }
 
-/// A sphere, but for a cap around +z, seen by points of different weights or by the voxels near it: on a level that is
-/// solved everywhere, with all grids beneath it.
+/// A level that is solved everywhere, with all coarser grids. It observes a sphere without a cap around +z, at points
+/// of different weights or at the voxels near the sphere.
 struct SphereLevel {
   std::vector<pcl::mrf::Lattice> lattices;
   pcl::mrf::LevelSamples samples;
@@ -133,7 +133,7 @@ struct SphereLevel {
   LinearSystem plain() const;
 };
 
-/// Of plain systems.
+/// All methods for plain systems.
 constexpr std::array<SolverMethod, 4> allMethods = {SolverMethod::icm, SolverMethod::icmColors, SolverMethod::cg,
                                                     SolverMethod::cholesky};
 

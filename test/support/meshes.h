@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// \file
-/// \brief Making meshes, and comparing what was measured of them.
+/// \brief Makes meshes, and compares their statistics.
 #pragma once
 
 #include "mesh/polygonizer.h"
@@ -28,7 +28,7 @@ inline pcl::mrf::TriangleMesh zeroLevel(const pcl::mrf::DistanceField& field, in
   return polygonize(field, execution);
 }
 
-/// First-order distances of the vertices of a field's zero level from that of another field, in voxel sides.
+/// First-order distances from the vertices of a field's zero level to the zero level of another field, in voxel sides.
 inline std::vector<double> zeroLevelOffsets(const pcl::mrf::DistanceField& field, const pcl::mrf::DistanceField& other)
 {
   std::vector<double> result;
@@ -38,7 +38,7 @@ inline std::vector<double> zeroLevelOffsets(const pcl::mrf::DistanceField& field
   return result;
 }
 
-/// By value: a mesh may be appended to itself.
+/// `other` is passed by value, so that a mesh may be appended to itself.
 inline void append(pcl::mrf::TriangleMesh& mesh, pcl::mrf::TriangleMesh other,
                    const Eigen::Vector3f& shift = Eigen::Vector3f::Zero())
 {
@@ -49,7 +49,7 @@ inline void append(pcl::mrf::TriangleMesh& mesh, pcl::mrf::TriangleMesh other,
     mesh.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
 }
 
-/// The triangles whose middles fulfil a condition, with their vertices.
+/// The triangles whose centroids fulfill a condition, with their vertices.
 template <typename Condition>
 pcl::mrf::TriangleMesh selectWhere(const pcl::mrf::TriangleMesh& mesh, const Condition& holds)
 {
@@ -75,7 +75,7 @@ inline pcl::mrf::TriangleMesh squares(int side)
   return mesh;
 }
 
-/// Edges of one triangle, in its direction.
+/// The edges with only one triangle, in its direction.
 inline std::map<std::int32_t, std::int32_t> boundaryOf(const pcl::mrf::TriangleMesh& mesh)
 {
   std::set<std::pair<std::int32_t, std::int32_t>> edges;
@@ -94,7 +94,7 @@ inline double lengthOf(const pcl::mrf::TriangleMesh& mesh, const std::map<std::i
   return length;
 }
 
-/// The corners of each triangle, from its smallest on in the same sense: what stays when vertices are renumbered.
+/// The corners of each triangle, rotated so that the smallest is first: independent of the numbers of the vertices.
 inline std::vector<std::array<std::array<float, 3>, 3>> cornersOf(const pcl::mrf::TriangleMesh& mesh)
 {
   std::vector<std::array<std::array<float, 3>, 3>> result;
@@ -108,7 +108,7 @@ inline std::vector<std::array<std::array<float, 3>, 3>> cornersOf(const pcl::mrf
   return result;
 }
 
-/// Expects a manifold of triangles with an area, and no vertices without one.
+/// Expects a manifold without degenerate triangles and without unused vertices.
 inline void expectSound(const pcl::mrf::MeshStatistics& mesh)
 {
   EXPECT_EQ(mesh.nonManifoldEdges, 0);
@@ -117,7 +117,7 @@ inline void expectSound(const pcl::mrf::MeshStatistics& mesh)
   EXPECT_EQ(mesh.unusedVertices, 0);
 }
 
-/// Expects every figure to be the same, to the last bit.
+/// Expects all figures to be identical, to the last bit.
 inline void expectSame(const pcl::mrf::MeshStatistics& a, const pcl::mrf::MeshStatistics& b)
 {
   const auto figures = [](const pcl::mrf::MeshStatistics& s) {

@@ -11,7 +11,7 @@
 
 namespace clouds {
 
-/// Numbers that are the same with every standard library.
+/// Random numbers that are the same with every standard library.
 class Random {
 public:
   explicit Random(std::uint64_t seed) : engine_(seed) {}
@@ -24,7 +24,7 @@ public:
     constexpr double all = 18446744073709551616.;
     return lower + (upper - lower) * (static_cast<double>(engine_()) / all);
   }
-  /// 10 to a power that is uniform.
+  /// 10 to a uniform power.
   double decades(double lowerPower, double upperPower) { return std::pow(10., uniform(lowerPower, upperPower)); }
   /// In [-1, 1]³.
   Eigen::Vector3d inCube()

@@ -150,7 +150,7 @@ Scan load(const std::string& name)
 {
   if (isSimulated(name))
     return simulate(name);
-  // The diagonals of the complete objects, holes not yet cut.
+  // The diagonals of the complete objects, without holes.
   static const std::map<std::string, double> diagonals = {{"igea_clean", 0.156398728},
                                                           {"igea_noise", 0.156398728},
                                                           {"nefertiti", 658.054724},

@@ -16,7 +16,7 @@ pcl::mrf::PointSet sample(const Sdf& sdf, double halfSide, double spacing, unsig
 {
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> jitter(-.5, .5);
-  const double side = .55 * spacing; // denser than wanted, so that thinning leaves an even cover
+  const double side = .55 * spacing; // denser than wanted, so that the points are even after thinning
   const int n = static_cast<int>(std::ceil(halfSide / side));
 
   std::vector<Vector3d> candidates;

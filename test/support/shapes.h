@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// \file
-/// \brief Sampled clouds and fields of the analytic shapes for the tests.
+/// \brief Sampled clouds and fields of analytic shapes, for the tests.
 #pragma once
 
 #include <pcl/surface/mrf/distance_field.h>

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// \file
-/// \brief That a result is the same bytes whatever the number of threads.
+/// \brief Checks that a result does not depend on the number of threads.
 #pragma once
 
 #include <gtest/gtest.h>
 
-/// Expects of(threads) to be the same for 1, 2 and 4 threads. \return what it is
+/// Expects of(threads) to be the same for 1, 2 and 4 threads. \return the result
 template <typename Of>
 auto sameOnAnyThreads(const Of& of)
 {

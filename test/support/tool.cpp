@@ -32,7 +32,7 @@ void writeText(const fs::path& path, const std::string& text)
 
 Outcome runProgram(const std::vector<std::string>& command, const fs::path& folder, bool withDisplay)
 {
-  // Beside the folder, so that its contents are the program's alone.
+  // Beside the folder, so that the folder holds only the program's files.
   const fs::path out = folder.string() + ".out", err = folder.string() + ".err";
   const pid_t child = fork();
   if (child == 0) {
@@ -164,7 +164,7 @@ void Test::expectFailure(const std::vector<std::string>& arguments, int status, 
   EXPECT_EQ(outcome.err.rfind(program_.filename().string() + ": ", 0), 0u) << outcome.err;
   EXPECT_NE(outcome.err.find(words), std::string::npos) << outcome.err;
   EXPECT_EQ(outcome.err.find("--help") != std::string::npos, status == 2) << outcome.err;
-  if (program_ != fs::path(MRF_TOOL)) { // that one tells its progress
+  if (program_ != fs::path(MRF_TOOL)) { // which prints its progress
     EXPECT_EQ(outcome.out, "");
   }
   EXPECT_EQ(files(), before);

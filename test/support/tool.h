@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// \file
-/// \brief Runs the command-line tool as a user does, in a folder of its own.
+/// \brief Runs a command-line tool as a user does, in a folder of its own.
 #pragma once
 
 #include <Eigen/Core>
@@ -20,7 +20,7 @@ struct Outcome {
 };
 
 /// Runs any program and waits for it. \param folder its working directory
-/// \param withDisplay false: DISPLAY is not set for it
+/// \param withDisplay false: without DISPLAY in its environment
 Outcome runProgram(const std::vector<std::string>& command, const std::filesystem::path& folder,
                    bool withDisplay = true);
 
@@ -38,13 +38,13 @@ std::string sphereRows(int count, double top = 2, const Eigen::Vector3d& center 
 
 std::vector<std::string> linesOf(const std::string& text);
 
-/// The long names that begin the entries of a help.
+/// The long names of the options that a help lists.
 std::set<std::string> optionsListed(const std::string& help);
 
-/// All of them.
+/// Both lists as one.
 std::vector<std::string> with(std::vector<std::string> words, const std::vector<std::string>& more);
 
-/// A test of a program with an empty folder that lasts as long as it.
+/// A test of a program, in an empty folder that is removed after the test.
 class Test : public testing::Test {
 protected:
   /// \param program path; empty: pcl_mrf_reconstruction
@@ -54,16 +54,16 @@ protected:
   /// Runs the program in the folder.
   Outcome run(const std::vector<std::string>& arguments) const;
 
-  /// The same; ends the test unless the program succeeds.
+  /// The same; throws, which ends the test, unless the program succeeds.
   Outcome succeed(const std::vector<std::string>& arguments) const;
 
   /// The same; expects nothing on standard error. \return the parsed --report
   nlohmann::json reportOf(const std::vector<std::string>& arguments) const;
 
-  /// Expects a failure that says `words` in one line, and leaves the folder as it was.
+  /// Expects a failure with `words` in its one line of message, and an unchanged folder.
   void expectFailure(const std::vector<std::string>& arguments, int status, const std::string& words) const;
 
-  /// A file of JSON in the folder; expects that it is one.
+  /// Reads a JSON file of the folder; expects that it is valid.
   nlohmann::json parsed(const std::string& name) const;
 
   std::filesystem::path path(const std::string& name) const { return folder_ / name; }

@@ -33,7 +33,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Levels, the finest in tiles, and a mesh remeshed in parts: what tasks are there for.
+/// The result of the work that tasks do: levels, the finest in tiles, and a mesh remeshed in parts.
 struct Outcome {
   std::vector<float> distances;
   TriangleMesh mesh;
@@ -107,7 +107,7 @@ const Outcome& atOnce()
   return result;
 }
 
-/// A directory of a test's own.
+/// A temporary directory of a test.
 class Directory {
 public:
   Directory() { fs::remove_all(path()); }
@@ -127,7 +127,7 @@ public:
   }
 };
 
-/// Expects the call to throw an error of this type that says these words.
+/// Expects the call to throw an error of this type with these words.
 template <typename Refusal, typename Call>
 void expectRefused(const Call& call, const std::string& words)
 {
@@ -139,7 +139,7 @@ void expectRefused(const Call& call, const std::string& words)
   }
 }
 
-/// Messages between threads, each of which is a rank.
+/// Messages between threads that act as ranks.
 namespace mail {
 
 struct Letter {
@@ -183,7 +183,7 @@ void finish()
 
 } // namespace mail
 
-/// Calls body(runner of rank 0) with all ranks at work.
+/// Calls body(runner of rank 0) while all other ranks work.
 template <typename Body>
 void withRanks(const Body& body)
 {

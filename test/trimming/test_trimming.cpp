@@ -67,7 +67,7 @@ struct Scene {
   }
 };
 
-/// Points of the unit sphere without those closer than an angle to +z, and to −z.
+/// Points of the unit sphere without those closer than the first angle to +z, or than the second one to −z.
 PointSet cappedSphere(double angleAbove, double angleBelow)
 {
   return shapes::filter(shapes::sample(shapes::sphere(1), 1.2, spacing), [=](const Vector3f& x) {
@@ -75,20 +75,20 @@ PointSet cappedSphere(double angleAbove, double angleBelow)
   });
 }
 
-/// Diameter of such a cap as trimming estimates it: twice the chord from the pole to the rim.
+/// The diameter of a missing cap as trimming estimates it: twice the chord from the pole to the rim.
 double capDiameter(double angle)
 {
   return 4 * std::sin(angle / 2);
 }
 
-/// Area of the part of the cap that is farther than `reach` from its rim: the triangles without support, less those
-/// that straddle the end of the support, more where the voxels near it still have some.
+/// The area of the part of the cap farther than `reach` from its rim. The triangles without support differ from it by
+/// those across the end of the support, and by voxels near it that still have some.
 double unsupportedCapArea(double angle)
 {
   return 2 * pi * (1 - std::cos(angle - 2 * std::asin(reach / 2)));
 }
 
-/// A band of one voxel diagonal along the rim is undecided, and points have gaps of about their spacing at the rim.
+/// The tolerance of that area: a band of one voxel diagonal along the rim, and gaps between the points there.
 double capAreaTolerance(double angle)
 {
   return 2 * pi * std::sin(angle) * (2.4 / 34 * std::sqrt(3.) + spacing);
@@ -210,7 +210,7 @@ TEST(Trimming, dropsTheSheetAroundAPatchButFillsItsHole)
   EXPECT_EQ(scene.trim(Trimming::holes, 1000).extrapolationsDropped, 1);
 }
 
-/// A plane's points in a square, without those of a disc at the middle of its edge, or a little farther in.
+/// Points of a square without those of a disc at the middle of an edge, or a little farther in.
 PointSet bittenPatch(double half, double holeRadius, double holeX)
 {
   return shapes::filter(shapes::sample(shapes::plane({0, 0, 1}), 1.1, spacing), [=](const Vector3f& x) {
@@ -279,8 +279,7 @@ TEST(Trimming, aStepInDepthIsNoHole)
   EXPECT_TRUE(isFilled(2, 2.88f)) << "unless it is asked for";
 }
 
-/// A scene that is trimmed with a diagonal of 6: gaps of up to 1.44 are filled unless the sensors tell of something
-/// else there.
+/// A scene that is trimmed with a diagonal of 6: gaps of up to 1.44 are filled unless the sensors show otherwise.
 struct SensedScene : Scene {
   SensedScene(const shapes::Sdf& sdf, const PointSet& points) : Scene(sdf, points)
   {
@@ -537,7 +536,7 @@ TEST(Trimming, withoutAnySupportNothingIsLeft)
   EXPECT_EQ(result.extrapolationsDropped, 1);
 }
 
-/// Confidences at random tear the mesh into pieces that touch at corners everywhere.
+/// Random confidences tear the mesh into pieces that touch at corners everywhere.
 TEST(Trimming, staysManifoldHoweverTorn)
 {
   Scene scene(shapes::torus(.7, .3), shapes::sample(shapes::torus(.7, .3), 1.2, .1), 20);
@@ -611,7 +610,7 @@ TEST(Trimming, doesNotDependOnThreads)
   }
 }
 
-/// Support at the vertices where a mesh ends; ends of edges with one triangle, each twice.
+/// The support at the border vertices of a mesh: at the ends of edges with one triangle, each vertex twice.
 std::vector<float> marginsAtBorder(const TriangleMesh& mesh, const Support& support)
 {
   std::vector<float> margins;
@@ -733,7 +732,7 @@ PointSet holedSphere()
   return points;
 }
 
-/// Between the half-widths of nearly all measured surface and those of most of the filling.
+/// A limit between the half-widths of nearly all measured surface and those of most of the filling.
 float limitBetween(const UncertaintyReport& report)
 {
   const double limit = halfWidthPerSigma * std::sqrt(report.measured.percentile95 * report.fillings.median);

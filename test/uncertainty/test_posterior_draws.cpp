@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Draws from the posterior against the matrix whose inverse is their covariance.
+// Compares draws from the posterior with the matrix whose inverse is their covariance.
 #include "field/prior.h"
 #include "solver/grid_solver.h"
 #include "solver/grids.h"
@@ -18,7 +18,7 @@ using namespace systems;
 
 namespace {
 
-/// Directions to look at a covariance along: single voxels amid the data and far from them, and all voxels at random.
+/// Directions along which a covariance is checked: single voxels amid and far from the data, and all voxels at random.
 std::vector<oracle::Vector> directions(const GridSize& size)
 {
   std::vector<oracle::Vector> result;
@@ -36,7 +36,7 @@ std::vector<oracle::Vector> directions(const GridSize& size)
   return result;
 }
 
-/// Mean squares of what draw(n) says along each direction, n = 1 .. count.
+/// The mean squares of draw(n) along each direction, n = 1 .. count.
 template <typename Draw>
 std::vector<double> meanSquares(const std::vector<oracle::Vector>& along, int count, const Draw& draw)
 {
@@ -51,7 +51,7 @@ std::vector<double> meanSquares(const std::vector<oracle::Vector>& along, int co
   return sums;
 }
 
-/// The mean of n squared normal numbers has a standard error of √(2/n): one in 370 is off by more than three.
+/// The mean of n squared normal numbers has a standard error of √(2/n); one in 370 is off by more than three of these.
 void expectVariances(const std::vector<double>& seen, const std::vector<double>& expected, int count)
 {
   const double error = std::sqrt(2. / count);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Error bars: what sigma says beside the true error, and what must not change it.
+// Error bars: sigma compared with the true error, and changes that must not affect it.
 #include "support/cancelling.h"
 #include "support/clouds.h"
 #include "support/depth_image.h"
@@ -31,7 +31,7 @@ PointSet torusPoints(double spacing, unsigned seed = 1)
   return shapes::sample(shapes::torus(.8, .35), 1.2, spacing, seed);
 }
 
-/// Without the points within a distance of some directions.
+/// The points without those closer than a radius to several directions.
 PointSet withHoles(const PointSet& points, float radius)
 {
   return shapes::filter(points, [&](const Eigen::Vector3f& p) {
@@ -54,12 +54,12 @@ Eigen::Vector3d positionOf(const Reconstruction& result, std::size_t vertex)
   return result.mesh.vertices[vertex].cast<double>() + result.points.offset;
 }
 
-/// Of some vertices: the share whose distance to the truth is within 1.96 sigma, and the RMS of that distance.
+/// For a set of vertices: the share whose distance to the truth is within 1.96 sigma, and the RMS of that distance.
 struct Coverage {
   double share, rms, count;
 };
 
-/// Of those for which isAsked(vertex).
+/// The coverage of the vertices for which isAsked(vertex) is true.
 template <typename IsAsked>
 Coverage coverageOf(const Reconstruction& result, const shapes::Sdf& truth, const IsAsked& isAsked)
 {
@@ -359,7 +359,7 @@ TEST(SigmaColors, RunFromBlueToRed)
   EXPECT_EQ(sigmaColor(-1, 2), none);
 }
 
-// Surfaces that sigma allows for: how far they are from each other, and what they say about volumes.
+// Drawn surfaces: how far they are from each other, and the volumes that they give.
 
 Options withSurfaces(int surfaces, int samples = 8)
 {

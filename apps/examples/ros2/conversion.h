@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// From a cloud as ROS 2 sends it to a mesh as ROS 2 sends it; nothing here needs a running node.
+/// Reconstructs a mesh message of ROS 2 from a cloud message; needs no running node.
 #pragma once
 
 #include <pcl/surface/mrf_reconstruction.h>
@@ -21,11 +21,11 @@ namespace mrf_ros {
 struct Request {
   pcl::mrf::Options options;
   std::vector<Eigen::Vector3d> sensors; ///< in the cloud's frame; empty: not known
-  pcl::mrf::ProgressCallback progress;  ///< false cancels
+  pcl::mrf::ProgressCallback progress;  ///< returns false to cancel
 };
 
 struct Surface {
-  pcl::mrf::Report report;                ///< status and message say whether the rest is there
+  pcl::mrf::Report report;                ///< the rest is valid only if its status is ok
   shape_msgs::msg::Mesh mesh;             ///< has no header: its frame is the cloud's
   visualization_msgs::msg::Marker marker; ///< the same triangles, with the cloud's header and the vertices' colors
 };

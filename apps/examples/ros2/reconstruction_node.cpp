@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// A ROS 2 node that reconstructs each cloud of the topic `points`: onto `mesh`, and onto `marker` for RViz.
+/// A ROS 2 node that reconstructs each cloud of the topic `points` and publishes `mesh`, and `marker` for RViz.
 ///
 ///     ros2 run pcl_mrf_ros reconstruction_node --ros-args -r points:=/camera/depth/points -p quality:=draft
 #include "conversion.h"
@@ -36,7 +36,7 @@ public:
   ReconstructionNode() : Node("mrf_reconstruction")
   {
     rcl_interfaces::msg::ParameterDescriptor descriptor;
-    descriptor.dynamic_typing = true; // 1 is a length as well as 1.0
+    descriptor.dynamic_typing = true; // so that 1 is a length, as 1.0 is
     for (const pcl::mrf::OptionDeclaration& option : pcl::mrf::optionDeclarations()) {
       std::string name = option.flag.substr(2);
       std::replace(name.begin(), name.end(), '-', '_');
@@ -57,7 +57,7 @@ public:
     request_.progress = [](const std::string&, double) { return rclcpp::ok(); };
     mesh_ = create_publisher<shape_msgs::msg::Mesh>("mesh", 1);
     marker_ = create_publisher<visualization_msgs::msg::Marker>("marker", 1);
-    // Clouds that come while one is reconstructed are left out, all but the last.
+    // Of the clouds that arrive during a reconstruction only the last one is kept.
     points_ = create_subscription<sensor_msgs::msg::PointCloud2>(
         "points", rclcpp::SensorDataQoS().keep_last(1),
         [this](const sensor_msgs::msg::PointCloud2::ConstSharedPtr& cloud) { receive(*cloud); });
@@ -89,7 +89,7 @@ int main(int argc, char** argv)
   rclcpp::init(argc, argv);
   try {
     rclcpp::spin(std::make_shared<ReconstructionNode>());
-  } catch (const std::exception& error) { // a parameter that is none of an option's values
+  } catch (const std::exception& error) { // a parameter with a wrong value
     RCLCPP_FATAL(rclcpp::get_logger("mrf_reconstruction"), "%s", error.what());
     return 2;
   }

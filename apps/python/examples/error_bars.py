@@ -25,7 +25,7 @@ if len(sys.argv) < 2 or sys.argv[1].startswith("-"):
     sys.exit(__doc__)
 read = np.load if sys.argv[-1].endswith(".npy") else lambda file: np.loadtxt(file, usecols=(0, 1, 2))
 points = read(sys.argv[2]) if len(sys.argv) > 2 else scan()
-points = points[points[:, 1] < np.quantile(points[:, 1], .9)]  # what is missing is filled, and said to be uncertain
+points = points[points[:, 1] < np.quantile(points[:, 1], .9)]  # the gap is filled, with a large sigma
 mesh = pcl_mrf.reconstruct(points, uncertainty=True, max_hole="auto")
 half_width = 1.96 * mesh.sigma  # holds the surface in 95 of 100 cases
 measured = mesh.confidence > 0

@@ -9,12 +9,12 @@ import numpy as np
 
 import pcl_mrf
 
-FOCAL = 290  # of 320 by 240 pixels; in other images in proportion
+FOCAL = 290  # for 320 by 240 pixels; other images in proportion
 BASELINE = .075  # meters
 
 
 def ball_before_wall():
-    """Depth with the device's steps: disparities in eighths of a pixel of the sensor's 640 by 480."""
+    """Depths with the steps of the device: disparities in eighths of a pixel of the sensor's 640 by 480."""
     y, x = np.mgrid[:240, :320]
     rays = np.stack([(x - 159.5) / FOCAL, (y - 119.5) / FOCAL, np.ones(x.shape)], axis=-1)
     center, radius = np.array([.1, 0, 1.2]), .25
@@ -26,7 +26,7 @@ def ball_before_wall():
 
 
 def points_of(depth):
-    """An image's pixels as points; the camera is at the origin and looks along z."""
+    """The pixels of an image as points; the camera is at the origin and looks along z."""
     height, width = depth.shape
     y, x = np.mgrid[:height, :width]
     focal = FOCAL * width / 320

@@ -11,7 +11,7 @@ import pcl_mrf
 
 
 def torus(count, noise):
-    """Points on a torus of the radii 1 and .4, off along all axes by the noise."""
+    """Points on a torus with radii of 1 and .4, with noise along all axes."""
     random = np.random.default_rng(1)
     u, v = random.uniform(0, 2 * np.pi, (2, count))
     ring = 1 + .4 * np.cos(v)

@@ -26,7 +26,7 @@ _EXCLUSIVE = [("noise", "smoothing"), ("noise_field", "noise_model"), ("quality"
 
 
 def _text(name, value):
-    """A value as the command line has it."""
+    """A value as text for the command line."""
     if isinstance(value, (bool, np.bool_)):
         return "on" if value else "off"
     if isinstance(value, numbers.Integral):
@@ -44,7 +44,7 @@ def _require_known(options):
         if name not in OPTIONS:
             near = difflib.get_close_matches(name.lower(), known, 1)
             hint = f"; did you mean '{near[0]}'?" if near else "; pcl_mrf.OPTIONS lists them"
-            if name in ("depth", "resolution"):  # as others call it
+            if name in ("depth", "resolution"):  # names in other programs
                 hint = "; quality and voxel_size say how fine voxels are"
             raise TypeError(f"reconstruct has no option '{name}'{hint}")
 
@@ -82,13 +82,13 @@ def reconstruct(points, normals=None, colors=None, sensors=None, views=None, noi
         noise = checks.column("noise", noise, n)
         if not np.all((noise > 0) & np.isfinite(noise)):
             raise InvalidInput("noise has values that are not above 0; leave points without one out of the cloud")
-        options["noise_field"] = "given"  # as the command line calls it
+        options["noise_field"] = "given"  # the name of this option on the command line
     elif noise is not None:
         options["noise"], noise = noise, None
     if views is not None:
         if sensors is None:
             raise InvalidInput("views are given without sensors; give sensors, which they name from 0")
-        views = np.clip(checks.column("views", views, n, "iu"), -1, 2**31 - 1)  # others are named by an error
+        views = np.clip(checks.column("views", views, n, "iu"), -1, 2**31 - 1)  # the library refuses others
     if sensors is not None and np.shape(sensors) == (3,):
         sensors = [sensors]
     if progress is not None and not callable(progress):

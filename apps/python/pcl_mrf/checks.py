@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Arguments as arrays that C++ reads where they are, and messages that say what to do about others."""
+"""Converts arguments to arrays that C++ reads in place, with messages that say how to correct wrong ones."""
 
 import os
 
@@ -9,7 +9,7 @@ from .errors import InvalidInput
 
 
 def numbers(name, value, kinds="iuf"):
-    """The value as an array, without a copy if it is one; its elements are of one of these kinds."""
+    """The value as an array of one of these kinds of elements, without a copy if it is one already."""
     if isinstance(value, (str, os.PathLike)):
         raise TypeError(f"{name} is a path: load the file first, as np.load and np.loadtxt do")
     if np.ma.is_masked(value):
@@ -21,7 +21,7 @@ def numbers(name, value, kinds="iuf"):
     if array.dtype.names:
         columns = ", ".join(f"{name}['{column}']" for column in array.dtype.names[:3])
         raise TypeError(f"{name} is an array of records; give np.stack([{columns}], axis=1)")
-    if array.dtype.kind not in (kinds if array.size else "iuf"):  # [] is of floats
+    if array.dtype.kind not in (kinds if array.size else "iuf"):  # an empty list gives floats
         whole = "" if "f" in kinds else "whole "
         kind = int if whole else float
         raise TypeError(f"{name} has elements of type {array.dtype}; it takes {whole}numbers: "
@@ -30,7 +30,7 @@ def numbers(name, value, kinds="iuf"):
 
 
 def rows(name, value, count=None, kinds="iuf"):
-    """Rows of three numbers. count: of the points, which there has to be one of for each"""
+    """Rows of three numbers. count: the number of points, each of which must have a row"""
     array = numbers(name, value, kinds)
     if array.ndim != 2 or array.shape[1] != 3:
         remedy = "it takes rows of three"
@@ -45,7 +45,7 @@ def rows(name, value, count=None, kinds="iuf"):
 
 
 def column(name, value, count, kinds="iuf"):
-    """A number for each point."""
+    """One number for each point."""
     array = numbers(name, value, kinds)
     if array.shape == (count, 1):
         array = array[:, 0]
@@ -61,16 +61,16 @@ def counted(name, array, count):
 
 
 def coordinates(name, value, count=None):
-    """Rows in single precision if they are, else in double."""
+    """Rows in single precision if they are given so, else in double."""
     array = rows(name, value, count)
     return np.require(array, np.float32 if array.dtype == np.float32 else np.float64, "A")
 
 
 def bytes_of(name, value, count):
-    """Colors as bytes: whole numbers 0 to 255, or others 0 to 1 as matplotlib and Open3D have them."""
+    """Colors as bytes: from whole numbers 0 to 255, or from fractions 0 to 1 as in matplotlib and Open3D."""
     array = rows(name, value, count)
     top = 1 if array.dtype.kind == "f" else 255
-    if array.size and not (array.min() >= 0 and array.max() <= top):  # NaN is neither
+    if array.size and not (array.min() >= 0 and array.max() <= top):  # false for NaN, too
         raise InvalidInput(f"{name} has values outside 0 to {top}; it takes whole numbers 0 to 255 (uint8), or others "
                            "0 to 1")
     return np.rint(array * 255).astype(np.uint8) if top == 1 else np.require(array, np.uint8, "A")

@@ -58,10 +58,10 @@ class Mesh:
         return f"<pcl_mrf.Mesh: {len(self.vertices)} vertices, {len(self.triangles)} triangles>"
 
     def __getstate__(self):
-        return {**self.__dict__, "field": None}  # which is not copied to other processes
+        return {**self.__dict__, "field": None}  # the field is not copied to other processes
 
     def _fields(self):
-        """What there is at the vertices beside positions and normals, by name."""
+        """The fields of the vertices other than positions and normals, by name."""
         named = {"confidence": self.confidence, "sigma": self.sigma, "sigma_calibrated": self.sigma_calibrated}
         return {name: values for name, values in named.items() if values is not None}
 

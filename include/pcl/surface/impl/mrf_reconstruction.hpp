@@ -16,7 +16,7 @@
 #include <pcl/type_traits.h>
 #include <pcl/Vertices.h>
 
-#ifndef PCL_MRF_ONLY_TYPES_OF_PCL // for which PCL has compiled the searches that its own surface classes make
+#ifndef PCL_MRF_ONLY_TYPES_OF_PCL // PCL has compiled its searches for its own point types
 #include <pcl/kdtree/impl/kdtree_flann.hpp>
 #include <pcl/search/impl/kdtree.hpp>
 #include <pcl/search/impl/organized.hpp>
@@ -45,32 +45,32 @@ struct VertexFields {
   bool sigma = false; ///< and sigma_calibrated
 };
 
-/// Leaves no vertex and no triangle, but the header and the fields.
+/// Empties the mesh, but sets its header and fields.
 PCL_MRF_EXPORT void clear(pcl::PolygonMesh& output, const PCLHeader& header, const VertexFields& fields);
 
-/// Writes the mesh of a result, in the cloud's frame. \pre clear(output, …) with the fields that the result has
+/// Writes the mesh of a result, in the cloud's frame. \pre clear(output, …) was called with the result's fields
 PCL_MRF_EXPORT void write(const Reconstruction& result, pcl::PolygonMesh& output);
 
 PCL_MRF_EXPORT void write(const std::vector<Triangle>& triangles, std::vector<pcl::Vertices>& polygons);
 
-/// Warnings and failure name options by their setters, and go to PCL's console.
+/// Logs warnings and the failure to PCL's console; in them, and in the report, options are named by their setters.
 PCL_MRF_EXPORT void log(Report& report) noexcept;
 
-/// What the caller's own code threw as it threw it, all else as it is.
+/// The exception to rethrow: the nested one of a CallerError, any other unchanged.
 PCL_MRF_EXPORT std::exception_ptr asThrown(const std::exception_ptr& error);
 
-/// What a search object of PCL's answered, nearest first. \param found what it said it found \param max what it was
-/// asked for \param positions how many it searches \return found
-/// \throw InvalidInput if it is no answer: the stages use indices as they are
+/// Checks the answer of a user's search object, because the stages use indices unchecked, and sorts it, nearest first.
+/// \param found how many neighbors it returned \param max how many were asked for \param positions how many it searches
+/// \return found \throw InvalidInput if the answer is invalid
 PCL_MRF_EXPORT int checkedAnswer(int found, int max, std::size_t positions, Neighbors& answer);
 
-/// As in PCL's field rgb, without alpha.
+/// A color as in PCL's field rgb, without alpha.
 inline std::uint32_t packRgb(const Rgb& rgb)
 {
   return static_cast<std::uint32_t>(rgb[0]) << 16 | static_cast<std::uint32_t>(rgb[1]) << 8 | rgb[2];
 }
 
-/// Positions and normals as they lie in the point: types of users may lack PCL's maps.
+/// Reads the members directly, because users' types may lack PCL's maps.
 template <typename PointNT>
 Eigen::Vector3f positionOf(const PointNT& point)
 {
@@ -85,14 +85,14 @@ void setPosition(PointNT& point, const Eigen::Vector3f& position)
   point.z = position.z();
 }
 
-/// The user's search object on recentered positions, lent: in the end it has its own cloud again.
+/// Lends the user's search object to the stages, on recentered positions; the destructor gives back its own cloud.
 template <typename PointNT>
 class UserSearch : public NeighborSearch {
 public:
   using SearchPtr = typename search::Search<PointNT>::Ptr;
   using CloudPtr = typename PointCloud<PointNT>::ConstPtr;
 
-  /// \param input what it gets in the end if it has no cloud, as from PCL's own classes
+  /// \param input the cloud to give back if the search has none, as is usual in PCL's own classes
   UserSearch(SearchPtr search, const CloudPtr& input)
       : search_(std::move(search)), cloud_(search_->getInputCloud()), indices_(search_->getIndices())
   {
@@ -109,7 +109,7 @@ public:
   {
     try {
       search_->setInputCloud(cloud_, indices_);
-    } catch (...) { // it throws what it threw in the run, or there is no memory; the run's own outcome counts
+    } catch (...) { // an error here repeats one of the run, or memory is short; the run's own outcome counts
     }
   }
 
@@ -150,12 +150,12 @@ private:
   }
 
   SearchPtr search_;
-  CloudPtr cloud_; ///< that it is to have again, with the indices
+  CloudPtr cloud_; ///< to give back at the end, with the indices
   IndicesConstPtr indices_;
   std::size_t count_ = 0;
 };
 
-/// Color and intensity of a point as floats, where its type has them.
+/// Color and intensity of a point as floats, if its type has them.
 template <typename PointNT>
 struct Attributes {
   static constexpr bool hasRgb = traits::has_color<PointNT>::value;
@@ -173,7 +173,7 @@ struct Attributes {
       *values = point.intensity;
   }
 
-  /// What lies beside the color, PCL's alpha, stays.
+  /// Keeps the byte beside the color, PCL's alpha.
   static void setColor(PointNT& point, const Rgb& rgb)
   {
     char* const place = reinterpret_cast<char*>(&point) + rgbOffset();
@@ -193,8 +193,8 @@ private:
   }
 };
 
-/// Values of a float field of the cloud, by its name; throws InvalidOption if the type lacks it.
-/// \param option that names it
+/// The values of a float field of the cloud. \param option the option that names the field, for the message
+/// \throw InvalidOption if the type lacks the field
 template <typename PointNT>
 std::vector<float> readField(const PointCloud<PointNT>& cloud, const Indices& indices, const std::string& option,
                              const std::string& name)
@@ -215,8 +215,8 @@ std::vector<float> readField(const PointCloud<PointNT>& cloud, const Indices& in
   return values;
 }
 
-/// Where the sensor of a cloud was, in the cloud's frame, if the cloud says so: zero is also what no one has set,
-/// unless the cloud is organized, that is, an image as the sensor saw it.
+/// The sensor origin of a cloud, in the cloud's frame, if it is set. Zero is PCL's default and does not count as set,
+/// unless the cloud is organized: then it is an image from its sensor.
 template <typename PointNT>
 std::optional<Eigen::Vector3d> sensorOriginOf(const PointCloud<PointNT>& cloud)
 {
@@ -268,7 +268,7 @@ void MRFReconstruction<PointNT>::checkInput()
   if (!this->initCompute())
     throw mrf::InvalidInput("the indices do not fit the input cloud");
   if (this->fake_indices_ && indices_->size() != input_->size())
-    throw std::bad_alloc(); // which initCompute keeps to itself
+    throw std::bad_alloc(); // initCompute hides this failure
   for (const auto index : *indices_)
     if (index < 0 || static_cast<std::size_t>(index) >= input_->size())
       throw mrf::InvalidInput("index " + std::to_string(index) + " is outside the cloud of " +
@@ -288,7 +288,7 @@ void MRFReconstruction<PointNT>::gatherAndRun()
   mrf::Execution execution(options_.threads, callback_);
   execution.setTasks(tasks_);
   std::unique_ptr<mrf::NeighborSearch> search;
-  // PCL's choice for organized clouds searches images, as which the points that are left would have to be kept.
+  // OrganizedNeighbor searches images, but the points that are left are no image.
   if (tree_ && !dynamic_cast<const pcl::search::OrganizedNeighbor<PointNT>*>(tree_.get()))
     search = std::make_unique<mrf::detail::UserSearch<PointNT>>(tree_, input_);
   else
@@ -318,7 +318,7 @@ void MRFReconstruction<PointNT>::run(const Fill& fill, const Clear& clear)
     mrf::setFailure(error, result_.report);
     try {
       clear();
-    } catch (...) { // without the memory for a name in its header; what it held is gone
+    } catch (...) { // no memory for the header; the old content is gone
     }
   }
   this->deinitCompute();
@@ -355,7 +355,7 @@ void MRFReconstruction<PointNT>::performReconstruction(pcl::PolygonMesh& output)
   fields.rgb = ofInput ? Attributes::hasRgb : options_.colors != mrf::ColorMode::none;
   fields.intensity = ofInput && Attributes::hasIntensity;
   fields.sigma = wantsUncertainty(options_);
-  const PCLHeader none; // not to copy the other: there may be no memory for its name
+  const PCLHeader none; // a copy of the input's header may lack the memory for its name
   run([&] { mrf::detail::write(result_, output); },
       [&] { mrf::detail::clear(output, input_ ? input_->header : none, fields); });
 }

@@ -12,8 +12,7 @@
 
 namespace pcl::mrf {
 
-/// How a reconstruction ended, if there was one. What went wrong comes with a message that names the value and the
-/// remedy.
+/// How a reconstruction ended. An error comes with a message that names the value and the remedy.
 enum class Status {
   notRun,
   ok,
@@ -23,7 +22,7 @@ enum class Status {
   solverFailure,
   cancelled,
   callerError,  ///< a callback or a search object of the caller threw an exception
-  internalError ///< any other exception that is not the module's own
+  internalError ///< any other exception
 };
 
 /// \return the status as a word for reports: "ok", "invalid input", ...
@@ -39,7 +38,7 @@ public:
 
 private:
   Status status_;
-  std::string message_; ///< PCL's own adds the place it was thrown from
+  std::string message_; ///< without the place of the throw, which PCL's own message has
 };
 
 /// The cloud cannot be reconstructed: too few points, no usable normals, no zero level, ...
@@ -72,17 +71,17 @@ public:
   explicit Cancelled(const std::string& message) : Error(Status::cancelled, message) {}
 };
 
-/// A callback or a search object of the caller threw an exception: the message has its text, and it is nested.
+/// A callback or a search object of the caller threw an exception. The message has its text; the exception is nested.
 class PCL_MRF_EXPORT CallerError : public Error, public std::nested_exception {
 public:
   explicit CallerError(const std::string& message) : Error(Status::callerError, message) {}
 };
 
-/// Turns the exception that is being handled into a CallerError. \param what threw it, as "the progress callback"
+/// Rethrows the current exception as a CallerError. \param what its source, such as "the progress callback"
 [[noreturn]] PCL_MRF_EXPORT void throwCallerError(const char* what);
 
-/// Calls what the caller handed in. \param what it is, for the message
-/// \throw CallerError for what it throws; but the module's own errors and std::bad_alloc pass as they are
+/// Calls a callback or an object of the caller. \param what its name in the message
+/// \throw CallerError if the call throws; errors of the module and std::bad_alloc pass unchanged
 template <typename Call>
 auto callHandedIn(const char* what, const Call& call) -> decltype(call())
 {
@@ -97,7 +96,7 @@ auto callHandedIn(const char* what, const Call& call) -> decltype(call())
   }
 }
 
-/// A file cannot be written, and why.
+/// A file cannot be written; the message says why.
 class PCL_MRF_EXPORT FileError : public pcl::IOException {
 public:
   explicit FileError(const std::string& message) : pcl::IOException(message), message_(message) {}

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// \file
-/// \brief What the shared library shows.
+/// \brief The visibility of symbols in the shared library.
 #pragma once
 
-/// Marks what users of the library may call. All else is hidden: it is compiled with -fvisibility=hidden.
+/// Marks what users of the library may call; the rest is compiled with -fvisibility=hidden.
 #if defined(__GNUC__)
 #define PCL_MRF_EXPORT __attribute__((visibility("default")))
 #else

@@ -18,7 +18,7 @@ struct GridSize {
   std::int64_t count() const { return std::int64_t{x} * y * z; }
   std::int64_t planeCount() const { return std::int64_t{x} * y; }
   std::int64_t index(int i, int j, int k) const { return i + std::int64_t{x} * (j + std::int64_t{y} * k); }
-  /// The voxel with an index.
+  /// The voxel of an index.
   Eigen::Array3i voxel(std::int64_t index) const
   {
     return {static_cast<int>(index % x), static_cast<int>(index / x % y), static_cast<int>(index / planeCount())};
@@ -50,15 +50,15 @@ struct Lattice {
   }
 };
 
-/// Which axis of a frame runs along each axis of the memory it is stored in.
+/// The order in which the axes of a frame are stored in memory.
 struct AxisOrder {
-  std::array<int, 3> axes{0, 1, 2}; ///< a permutation: axis a of what is stored is axis axes[a] of the frame
+  std::array<int, 3> axes{0, 1, 2}; ///< a permutation: the stored axis a is axis axes[a] of the frame
 
   bool isNatural() const { return axes[0] == 0 && axes[1] == 1; }
-  /// True if what is stored is a mirror image.
+  /// True if the stored order is a mirror image of the frame.
   bool isMirrored() const { return (axes[1] - axes[0] + 3) % 3 != 1; }
 
-  /// From the frame to what is stored, and back; of anything with three coefficients.
+  /// Converts from the frame to the stored order and back; for any type with three coefficients.
   template <typename Vector>
   Vector toStored(const Vector& v) const
   {

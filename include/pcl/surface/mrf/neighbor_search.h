@@ -17,19 +17,19 @@
 
 namespace pcl::mrf {
 
-/// The answer to one query: indices into the positions, and squared distances, nearest first, equals by index.
+/// The answer to one query: indices of positions and squared distances, nearest first, equal distances by index.
 struct Neighbors {
   std::vector<int> indices;
   std::vector<float> squaredDistances;
 };
 
-/// The answers for some of the positions themselves: `k` neighbors each, the position itself among them, as
-/// NeighborSearch::nearest finds them. Where there are fewer, the rest has an infinite distance.
+/// The answers for some of the searched positions: the `k` neighbors of each, the position itself included, as
+/// NeighborSearch::nearest finds them. If there are fewer than k, the rest has infinite distances.
 struct NeighborBatch {
   std::size_t size = 0;                     ///< positions answered for
   std::size_t k = 0;                        ///< neighbors of each
   const std::uint32_t* positions = nullptr; ///< `size` indices
-  const float* squaredDistances = nullptr;  ///< those of entry n from n·k on, ascending
+  const float* squaredDistances = nullptr;  ///< those of position n start at n·k, ascending
   const std::uint32_t* indices = nullptr;   ///< likewise; null if only distances were asked for
 };
 
@@ -49,13 +49,13 @@ public:
   virtual void dropPoints(const std::vector<Eigen::Vector3f>& left, const std::vector<std::uint8_t>& keep,
                           Execution& execution);
 
-  /// Gives back what memory it can: nothing is asked until it is woken. Does nothing where there is none to give back.
+  /// Frees what memory it can. No query is allowed until wake.
   virtual void rest() {}
-  /// \param positions those that it held when it came to rest
+  /// Makes queries possible again. \param positions those that were searched before rest
   virtual void wake(const std::vector<Eigen::Vector3f>& /*positions*/, Execution& /*execution*/) {}
 
-  /// The k nearest positions (fewer if there are fewer), nearest first; the point itself is among them if it is a
-  /// position. Of equals at the k-th distance, the one with the smaller index where the implementation says so.
+  /// The k nearest positions (all if there are fewer), nearest first. A query that is one of the positions is included.
+  /// The implementation decides which of several positions at the k-th distance are found.
   /// \return how many were found
   virtual int nearest(const Eigen::Vector3f& query, int k, Neighbors& result) const = 0;
 
@@ -65,22 +65,22 @@ public:
   /// What the answers of forEachPosition hold.
   enum class Answer { distances, indicesAndDistances };
 
-  /// Answers for every position, each once, in an order and in batches of the implementation's choice: much cheaper
-  /// than a query at a time. `visit` is called concurrently.
+  /// Finds the k nearest of every position, each once. The implementation chooses the order and the batches. This is
+  /// much cheaper than single queries. `visit` is called concurrently.
   /// \param positions those that setPoints was given
   virtual void forEachPosition(const std::vector<Eigen::Vector3f>& positions, int k, Answer answer,
                                Execution& execution, const std::function<void(const NeighborBatch&)>& visit) const;
 };
 
-/// The default: points in leaves of sixteen, and a tree of boxes over them, whatever their distribution. Exact:
-/// distances in single precision, of equals the smaller indices. Built in parallel; same answers for any number of
-/// threads. About 18 bytes per position, 22 while it is built, 4 at rest.
+/// The default: a tree of boxes over leaves of sixteen points, for any distribution of points. Answers are exact in
+/// single precision; of equal distances those with the smaller indices are found. It is built in parallel, and answers
+/// do not depend on the number of threads. It takes about 18 bytes per position, 22 while it is built, 4 at rest.
 PCL_MRF_EXPORT std::unique_ptr<NeighborSearch> makePointBins();
 
-/// pcl::search::KdTree (FLANN) with exact queries; which of equals at the k-th distance it finds is not defined.
+/// pcl::search::KdTree (FLANN) with exact queries. It may find any of several positions at the k-th distance.
 PCL_MRF_EXPORT std::unique_ptr<NeighborSearch> makeKdTree();
 
-/// What Options::search asks for.
+/// The search that Options::search asks for.
 PCL_MRF_EXPORT std::unique_ptr<NeighborSearch> makeSearch(SearchKind kind);
 
 } // namespace pcl::mrf

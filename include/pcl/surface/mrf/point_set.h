@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// \file
-/// \brief Clouds as they come and as the stages see them: plain arrays without PCL point types.
+/// \brief Input clouds and the point sets of the stages: plain arrays without PCL point types.
 #pragma once
 
 #include <pcl/surface/mrf/export.h>
@@ -22,7 +22,7 @@ struct PointArrays {
   std::vector<Eigen::Vector3f> positions;
   std::vector<Eigen::Vector3f> normals; ///< unit length, or zero where there is none; empty: the cloud has none
   std::vector<float> confidences;       ///< the scanner's, 0..1; empty: 1 everywhere
-  std::vector<float> deviations;        ///< σ of the noise, as it is known; empty: unknown, or the same everywhere
+  std::vector<float> deviations;        ///< known σ of the noise, cloud's unit; empty: unknown, or the same for all
   std::vector<std::int32_t> views;      ///< index into `sensors` per point; empty: unknown
   std::vector<float> spacings;          ///< local sampling distance, see localSpacings; empty: not measured
   std::vector<std::uint32_t> origins;   ///< index of each point in the cloud it came from
@@ -34,27 +34,27 @@ struct PointArrays {
 
 /// The gathered input: finite points.
 struct PointSet : PointArrays {
-  std::size_t gathered = 0;        ///< points of the cloud that could be used, before any was dropped; 0: these
-  float resolution = 0;            ///< steps of the largest coordinate as it came in single precision, cloud's unit
-  bool hasSensorOrigin = false;    ///< the one sensor is the cloud's own origin, which nobody gave explicitly
-  bool hadOnlyZeroNormals = false; ///< the cloud's normals, all zero or not finite, were left out
+  std::size_t gathered = 0;        ///< number of usable points in the cloud, before any was dropped; 0: size()
+  float resolution = 0;            ///< step between floats at the largest coordinate of the input, cloud's unit
+  bool hasSensorOrigin = false;    ///< the only sensor is the cloud's own sensor origin, not one given explicitly
+  bool hadOnlyZeroNormals = false; ///< the normals were removed, because all were zero or not finite
 
-  /// Number of points that shares of a cloud are meant of.
+  /// Number of points that shares of the cloud refer to.
   std::size_t wholeSize() const { return gathered > 0 ? gathered : size(); }
 };
 
-/// Points with a unit normal each, which points out of the object: what the observation stage reads. Nobody need have
-/// named their sensors, see trim.
+/// Points with unit normals that point out of the object: the input of the observation stage. A sensor may be one that
+/// was only supposed, see Report::sensorSupposed.
 struct OrientedPoints : PointArrays {
-  float typicalDeviation = 0; ///< σ of the median point, cloud's unit; 0: points weigh the same whatever their σ
+  float typicalDeviation = 0; ///< σ of the median point, cloud's unit; 0: weights do not depend on σ
 
   float confidence(std::size_t i) const { return confidences.empty() ? 1.0f : confidences[i]; }
-  /// How far a point is known to be off, cloud's unit; 0: unknown.
+  /// Known σ of a point's noise, cloud's unit; 0: unknown.
   float deviation(std::size_t i) const { return deviations.empty() ? 0 : deviations[i]; }
 };
 
-/// The points whose flag in `keep` is set, in their order; each array of what is handed over is freed before the next
-/// one is made. \pre keep.size() == points.size()
+/// The points whose flag in `keep` is set, in their order. Each array of `points` is freed before the next one is
+/// selected. \pre keep.size() == points.size()
 PCL_MRF_EXPORT PointSet select(PointSet points, const std::vector<std::uint8_t>& keep);
 PCL_MRF_EXPORT OrientedPoints select(OrientedPoints points, const std::vector<std::uint8_t>& keep);
 
@@ -72,16 +72,15 @@ PCL_MRF_EXPORT BoundingBox boundingBox(const std::vector<Eigen::Vector3f>& posit
 /// Writes the values of a point, by its index. Called from several threads at once.
 using AttributeReader = std::function<void(std::size_t point, float* values)>;
 
-/// What a cloud has beside its geometry, to be interpolated at the vertices of the mesh.
+/// Values of a cloud's points beside their geometry, to be interpolated at the vertices of the mesh.
 struct PointAttributes {
   bool colors = false;      ///< red, green and blue 0..255 of each point
   bool intensities = false; ///< one value of each point, after its color
-  /// Writes the values of a point of the cloud, by its index. Called from several threads at once, and only for points
-  /// next to a vertex: nothing is copied before.
+  /// Called only for points next to a vertex, so that nothing is copied beforehand.
   AttributeReader read;
 };
 
-/// A cloud as it comes, without PCL's point types. Arrays are either empty or as long as `positions`, but for sensors.
+/// An input cloud without PCL's point types. Per-point arrays are either empty or as long as `positions`.
 struct RawCloud {
   std::vector<Eigen::Vector3f> positions; ///< possibly not finite
   std::vector<Eigen::Vector3f> normals;   ///< of any length; empty: none
@@ -89,17 +88,17 @@ struct RawCloud {
   std::vector<float> deviations;        ///< σ of each point's noise, cloud's unit, > 0; empty: see Options::noiseModel
   std::vector<std::int32_t> views;      ///< index into `sensors` per point; empty: unknown
   std::vector<Eigen::Vector3d> sensors; ///< in the cloud's frame; empty: unknown
-  /// Where the cloud itself says that its sensor was, see OrientationOptions::sensorOrigin; counts without `sensors`.
+  /// Sensor position that the cloud itself has, used only if `sensors` is empty; see OrientationOptions::sensorOrigin.
   std::optional<Eigen::Vector3d> sensorOrigin;
   Eigen::Vector3d offset = Eigen::Vector3d::Zero(); ///< add it to positions to be in the cloud's frame
-  float resolution = 0; ///< steps that coordinates were rounded to before the offset was taken off; 0: to none
+  float resolution = 0; ///< step to which coordinates were rounded before the offset was subtracted; 0: not rounded
   PointAttributes attributes;
 };
 
-/// The cloud's sensors, or else the one that it names itself if the options let that count.
+/// The cloud's sensors or, if it has none and the options allow it, its own sensor origin.
 PCL_MRF_EXPORT std::vector<Eigen::Vector3d> sensorsOf(const RawCloud& cloud, const Options& options);
 
-/// \throw InvalidInput if an array is too short or too long, or a view names no sensor
+/// \throw InvalidInput if an array is too short or too long, a deviation is not above 0, or a view names no sensor
 PCL_MRF_EXPORT void validate(const RawCloud& cloud);
 
 } // namespace pcl::mrf
