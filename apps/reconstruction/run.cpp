@@ -232,7 +232,7 @@ std::vector<std::string> sampleFiles(const Job& job, const Command& command)
   return files;
 }
 
-/// The mesh moved along its normals. Of the fields only confidences and colors are kept; the normals would be wrong.
+/// The mesh moved along its normals. Only confidences, colors and intensities are kept; the normals would be wrong.
 SurfaceMesh movedMesh(const SurfaceMesh& mesh, const std::vector<float>& distances)
 {
   SurfaceMesh moved;
@@ -242,6 +242,7 @@ SurfaceMesh movedMesh(const SurfaceMesh& mesh, const std::vector<float>& distanc
   moved.triangles = mesh.triangles;
   moved.confidences = mesh.confidences;
   moved.colors = mesh.colors;
+  moved.intensities = mesh.intensities;
   moved.scalars["displacement"] = distances;
   moved.doublePrecision = mesh.doublePrecision;
   return moved;

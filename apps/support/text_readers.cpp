@@ -157,8 +157,9 @@ private:
     std::vector<std::string> names = rows_.columns > 0 ? std::vector<std::string>() : columnNames(line.substr(0, list));
     const bool areThere = !names.empty();
     if (areThere) {
-      if (list != line.npos) {
-        names.pop_back();
+      if (const std::vector<std::string> before(names.begin(), names.end() - 1);
+          list != line.npos && VectorColumns(before).position) {
+        names = before;
         beforeList_ = names.size();
       }
       if (const std::set<std::string> units = lengthUnits(line, names); units.size() > 1)

@@ -148,8 +148,9 @@ double denseBytes(const GridSize& size, double side, const Workload& workload, b
   if (!isPlain)
     bytes += gridBytes(size, workload, threads) + blockBytesPerOccupied * occupied;
   if (isPlain || factorizes) {
-    bytes += (bytesPerPlainVoxel + bytesPerEntry * entriesPerVoxel(coupled, false)) * count(size) +
-             bytesPerOccupied * occupied;
+    const double entries = entriesPerVoxel(coupled, false), atPoints = entriesPerVoxel(coupled, true) - entries;
+    bytes += (bytesPerPlainVoxel + bytesPerEntry * entries) * count(size) +
+             (bytesPerOccupied + bytesPerEntry * atPoints) * occupied;
   }
   if (factorizes)
     bytes += choleskyBytes(size, coupled, pointwise);

@@ -636,6 +636,8 @@ LevelField solveNarrowBand(const BandLevel& own, const LevelField& coarse, const
                               : dilated(unknowns, reach, reachX, execution);
     field.values = interpolated(coarse, refinement, field.support, execution);
     if (unknowns.count() == 0) { // in an empty tile, or where all is left to coarser levels
+      report.unknowns = 0;
+      report.solve.converged = true;
       field.unknowns = withHeld(std::move(unknowns));
       return field;
     }

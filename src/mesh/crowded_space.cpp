@@ -16,7 +16,7 @@ constexpr float minCosine = .8660254f;
 
 Eigen::Vector3d lowerCorner(const std::vector<Vector3f>& positions)
 {
-  Vector3f lower = Vector3f::Zero();
+  Vector3f lower = positions.empty() ? Vector3f::Zero() : positions.front();
   for (const Vector3f& p : positions)
     lower = lower.cwiseMin(p);
   return lower.cast<double>();

@@ -194,6 +194,10 @@ MeshView viewOf(const pcl::PolygonMesh& mesh)
     };
     if (field.name == "_")
       continue; // padding between fields
+    const std::size_t end = field.offset + std::max<std::size_t>(field.count, 1) * getFieldSize(field.datatype);
+    if (end > cloud.point_step)
+      throw FileError("cannot be written: the field '" + field.name + "' of the mesh's cloud ends at byte " +
+                      std::to_string(end) + " of points of " + std::to_string(cloud.point_step) + " bytes");
     if (field.name == "rgb" || field.name == "rgba") {
       add("red", 2, PCLPointField::UINT8);
       add("green", 1, PCLPointField::UINT8);

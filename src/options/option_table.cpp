@@ -289,7 +289,7 @@ void declareSolver(std::vector<OptionDeclaration>& rows)
                "iterations or sweeps per level",
                "100 (multigrid; near the surface only 4, 2, 1), 1000 (icm), 10000 (cg)");
   table.number("changeTolerance", "--change-tolerance", "voxels", notNegative, &SolverOptions::changeTolerance,
-               "icm and multigrid stop when a step changes less (RMS), 4 times that where points are observed; "
+               "icm and multigrid stop when a step changes less (RMS), multigrid at 1.5 times that on whole levels; "
                "0 = never");
   table.number("seed", "--seed", "n", notNegative, &SolverOptions::seed,
                "seed of icm's visiting order and of the draws of --uncertainty");
@@ -447,7 +447,8 @@ std::string renamed(const NamedOption& option, const std::string& text, OptionNa
   // Options that are texts have no rows in the table.
   for (const auto& [name, flag, setter] :
        {std::array<const char*, 3>{"observation.noiseModel", "--noise-model", "setNoiseModel"},
-        std::array<const char*, 3>{"noiseField", "--noise-field", "setNoiseField"}})
+        std::array<const char*, 3>{"noiseField", "--noise-field", "setNoiseField"},
+        std::array<const char*, 3>{"confidenceField", "--confidence-field", "setConfidenceField"}})
     if (option.name == name)
       return (naming == OptionNaming::flags ? flag : setter) + (option.value.empty() ? "" : " " + option.value);
   const auto& all = optionDeclarations();

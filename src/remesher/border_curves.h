@@ -36,8 +36,6 @@ public:
       : BorderCurves(mesh.positions, mesh.nextOnBorders(), maxShift, onSurface, mesh.places)
   {}
 
-  bool empty() const { return nodes_.empty(); }
-
   Eigen::Vector3f at(double place) const;
 
   /// The place at a share, 0..1, of the way from one place forward to another one of the same loop.

@@ -255,10 +255,10 @@ private:
     for (const HeldOutPair& pair : holdOutPairs(*piece_.points, *piece_.search, spacing_, options_, execution_)) {
       Evidence evidence;
       describePlace(pair.position, nearest, evidence);
-      evidence.variance = varianceOf(result_.draws, pair.position);
       Eigen::Vector3f gradient;
-      const float change = coarse.sampleDistance(pair.position, gradient) / slopeWithin(vertexSlope, gradient);
-      evidence.change = change * change;
+      const float distance = coarse.sampleDistance(pair.position, gradient), slope = slopeWithin(vertexSlope, gradient);
+      evidence.variance = varianceOf(result_.draws, pair.position) / (slope * slope);
+      evidence.change = distance * distance / (slope * slope);
       if (isInPatch(pair.position))
         continue;
       result_.pairs.push_back(pair);

@@ -490,6 +490,7 @@ TEST(XyzReader, tracksOfColmapAreAsLongAsTheyAre)
   EXPECT_EQ(table.colors, (std::vector<Color>{{10, 20, 30}, {40, 50, 60}}));
   EXPECT_EQ(table.scalars.at("ERROR"), (std::vector<float>{.5, .25}));
   expectRefused("txt", header + "7 1 2 3 10 20 30 .5 1 17\n9 4 5 6 40\n", "line 5: has 5 columns, those before have 8");
+  EXPECT_EQ(parse("txt", "# X [m] Y Z[] as (\n1 2 3\n").positions, (Points{{1, 2, 3}})) << "a list instead of z";
 }
 
 TEST(XyzReader, columnsAreWhatTheHeaderNames)

@@ -211,6 +211,9 @@ TEST_F(MeshFiles, AreWholeOrNotThere)
   pcl::PolygonMesh flat = someMesh();
   flat.cloud.fields[2].name = "elevation";
   EXPECT_LT(pcl::mrf::savePLY(path("new.ply"), flat), 0);
+  pcl::PolygonMesh torn = someMesh();
+  torn.cloud.fields.back().offset = torn.cloud.point_step;
+  EXPECT_LT(pcl::mrf::savePLY(path("new.ply"), torn), 0) << "the last point would be read beyond its end";
   EXPECT_LT(pcl::mrf::savePLY(path("missing/mesh.ply"), someMesh()), 0);
   EXPECT_EQ(files(), 1u) << "nothing is left of the attempts";
 

@@ -300,7 +300,7 @@ TEST(BadInput, FieldsThatAreMissingAndNoiseThatIsNone)
 {
   OnSphere mrf;
   mrf.setConfidenceField("trust");
-  EXPECT_NE(expectFailure(mrf, Status::invalidOption).find("trust"), std::string::npos);
+  EXPECT_NE(expectFailure(mrf, Status::invalidOption).find("setConfidenceField 'trust'"), std::string::npos);
   mrf.setConfidenceField("");
   mrf.setNoiseField("trust");
   EXPECT_NE(expectFailure(mrf, Status::invalidOption).find("setNoiseField 'trust'"), std::string::npos);

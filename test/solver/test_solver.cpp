@@ -58,7 +58,7 @@ TEST(Prior, isThePowerOfTheLaplacianAndKnowsItsCenter)
 
 TEST(Prior, sameBytesForAnyNumberOfThreads)
 {
-  const GridSize size{61, 47, 43}; // several pieces of work
+  const GridSize size{61, 47, 24}; // several pieces of work
   for (const Prior prior : allPriors) {
     sameOnAnyThreads([&](int threads) {
       const SystemMatrix m = unobserved(size, prior, threads).matrix;
@@ -423,19 +423,20 @@ TEST(Solver, stopsAfterTheIterationsAndWhenItIsCancelled)
 TEST(Solver, sameBytesForAnyNumberOfThreads)
 {
   const GridSize size{53, 47, 44}; // above the size that is cut into slabs
-  for (const Energy energyKind : allEnergies)
-    for (const Prior prior : allPriors) {
-      Execution single;
-      const auto system = assemble(observeSphere(size), priorOptions(prior, energyKind), single);
-      for (const SolverMethod method : {SolverMethod::cg, SolverMethod::icmColors, SolverMethod::icm}) {
-        const SolverOptions options = solverOptions(method, 1e-9, isIcm(method) ? 1 : 2);
-        const auto solved = [&](int threads) {
-          Execution execution(threads);
-          auto d = zeros(system);
-          const SolveReport report = solve(system, options, 1, d, execution);
-          return std::make_pair(d, report.history);
-        };
-        EXPECT_EQ(sameOnAnyThreads(solved), solved(11)) << "slabs thinner than the smoother's reach";
-      }
+  for (const auto& [prior, energyKind] : {std::pair(Prior::membrane, Energy::joint),
+                                          {Prior::thinPlate, Energy::paper},
+                                          {Prior::triharmonic, Energy::joint}}) {
+    Execution single;
+    const auto system = assemble(observeSphere(size), priorOptions(prior, energyKind), single);
+    for (const SolverMethod method : {SolverMethod::cg, SolverMethod::icmColors, SolverMethod::icm}) {
+      const SolverOptions options = solverOptions(method, 1e-9, isIcm(method) ? 1 : 2);
+      const auto solved = [&](int threads) {
+        Execution execution(threads);
+        auto d = zeros(system);
+        const SolveReport report = solve(system, options, 1, d, execution);
+        return std::make_pair(d, report.history);
+      };
+      EXPECT_EQ(sameOnAnyThreads(solved), solved(11)) << "slabs thinner than the smoother's reach";
     }
+  }
 }

@@ -136,7 +136,9 @@ void readSensors(const std::string& path, pcl::mrf::PointSet& points)
 
 bool available(const std::string& name)
 {
-  return std::ifstream(isSimulated(name) ? model : folder + "README.md").good();
+  if (isSimulated(name) && !isOfModel(name))
+    return true;
+  return std::ifstream(isOfModel(name) ? model : folder + "README.md").good();
 }
 
 std::vector<std::string> available(std::vector<std::string> names)
