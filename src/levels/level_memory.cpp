@@ -209,7 +209,7 @@ double tiledBytes(const GridSize& lattice, double side, const Workload& workload
                                                 smootherDegree(workload.solver, workload.prior.kind, false), threads);
   Workload before = workload;
   before.points = std::min(workload.points, mergedPerFace * faces / 4);
-  const double finest = finestBandBytes(unknowns, workload.points, size.z, mostTiles(size.z)) + sweep +
+  const double finest = finestBandBytes(unknowns, workload.points, size.z, maxTiles(size.z)) + sweep +
                         bytesPerRow * size.y * size.z + sizeof(PointSample) * before.points;
   return std::max(finest, bandBytes(lattice.coarsened(), 2 * side, before, bands - 1, threads));
 }
@@ -238,7 +238,7 @@ double finestBandBytes(double unknowns, double points, int planes, int tiles)
   return tiles == 1 ? whole : shareOfTile(planes, tiles) * whole + bytesPerUnknownOfTiles * unknowns;
 }
 
-int mostTiles(int planes)
+int maxTiles(int planes)
 {
   return std::max(2, planes / (2 * tileHalo));
 }

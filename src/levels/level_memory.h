@@ -13,7 +13,7 @@ namespace pcl::mrf {
 double finestBandBytes(double unknowns, double points, int planes, int tiles);
 
 /// Max number of tiles: more save little, as they would be thinner than the halos that are solved with each.
-int mostTiles(int planes);
+int maxTiles(int planes);
 
 /// The workload of a cloud observed at its points; the caller sets the solver. \param spacing l̄, cloud's unit
 Workload workloadOf(std::size_t points, float spacing, const PriorOptions& prior);

@@ -155,7 +155,7 @@ public:
     while (denseLevels_ > firstLevel_ + 1 && lattices_[denseLevels_ - 1].size.count() > options_.multiscale.denseVoxels)
       --denseLevels_;
     isTiled_ = isTiled_ || (execution_.tasks() && static_cast<double>(points_->size()) > unknownsPerTask);
-    isTiled_ = mostTilesOfFinest() > 1 && (tiles_ > 0 ? tiles_ > 1 : isTiled_);
+    isTiled_ = maxTilesOfFinest() > 1 && (tiles_ > 0 ? tiles_ > 1 : isTiled_);
     if (options_.observation.atPoints())
       takeSamples();
     for (std::size_t level = firstLevel_; level < lattices_.size(); ++level)
@@ -479,20 +479,20 @@ private:
     return finestBandBytes(unknowns, static_cast<double>(points_->size()), lattices_.back().size.z, tiles);
   }
 
-  int mostTilesOfFinest() const
+  int maxTilesOfFinest() const
   {
     Workload workload;
     workload.solver = options_.solver;
     workload.reach = options_.observation.atPoints() ? 0 : maxDistance_;
     const auto bands = static_cast<int>(lattices_.size() - denseLevels_);
-    return mayBeTiled(workload, bands) ? mostTiles(lattices_.back().size.z) : 1;
+    return mayBeTiled(workload, bands) ? maxTiles(lattices_.back().size.z) : 1;
   }
 
   /// \throw ResourceLimit if the unknowns of the finest level, predicted from those of a coarser one, are too many
   void checkUnknowns(std::size_t level, double unknowns) const
   {
     const double finest = finestUnknowns(level, unknowns);
-    checkSurface(finest, std::min(finestBytes(finest, 1), finestBytes(finest, mostTilesOfFinest())), points_->size(),
+    checkSurface(finest, std::min(finestBytes(finest, 1), finestBytes(finest, maxTilesOfFinest())), points_->size(),
                  lattices_.back().spacing, limit());
   }
 
@@ -501,11 +501,11 @@ private:
   int tilesOfFinest()
   {
     const double unknowns = finestUnknowns(next_ - 1, static_cast<double>(band_.unknowns.count()));
-    const int most = mostTilesOfFinest();
+    const int max = maxTilesOfFinest();
     int tiles = isTiled_ ? std::max(tiles_, 2) : 1;
     if (isTiled_ && tiles_ == 0 && execution_.tasks())
-      tiles = std::clamp(static_cast<int>(std::ceil(unknowns / unknownsPerTask)), tiles, std::max(tiles, most / 3));
-    while (tiles_ == 0 && tiles < most && finestBytes(unknowns, tiles) > limit())
+      tiles = std::clamp(static_cast<int>(std::ceil(unknowns / unknownsPerTask)), tiles, std::max(tiles, max / 3));
+    while (tiles_ == 0 && tiles < max && finestBytes(unknowns, tiles) > limit())
       ++tiles;
     if (tiles > 1)
       samples_ = LevelSamples();
@@ -562,10 +562,10 @@ int resolvedPadding(const MultiscaleOptions& options)
 
 std::int64_t resolvedDenseVoxels(const MultiscaleOptions& options, std::size_t points)
 {
-  constexpr std::int64_t perPoint = 350, least = std::int64_t{1} << 18, most = std::int64_t{1} << 20;
+  constexpr std::int64_t perPoint = 350, min = std::int64_t{1} << 18, max = std::int64_t{1} << 20;
   if (options.denseVoxels > 0)
     return options.denseVoxels;
-  return std::clamp(perPoint * static_cast<std::int64_t>(std::min<std::size_t>(points, most)), least, most);
+  return std::clamp(perPoint * static_cast<std::int64_t>(std::min<std::size_t>(points, max)), min, max);
 }
 
 int affordableThreads(const BoundingBox& box, float voxelSize, const Workload& workload,

@@ -23,10 +23,10 @@ constexpr float nearEnd = .1f;
 constexpr std::ptrdiff_t atEither = 2, atBoth = besides / 2;
 
 /// A neighbor is at the range of the point if the ranges differ by less than `alike` of the way from front to back. A
-/// mixed pixel has at most mostAlike such neighbors; one more if more than one in `dense` of the sensor's points are
+/// mixed pixel has at most maxAlike such neighbors; one more if more than one in `dense` of the sensor's points are
 /// mixed, because mixed pixels are then next to each other. The leaves of a tree have more.
 constexpr float alike = .05f;
-constexpr std::ptrdiff_t mostAlike = 1;
+constexpr std::ptrdiff_t maxAlike = 1;
 constexpr std::size_t dense = 200;
 
 /// A point is off a surface if its range differs by more than `clearly` times the step at the surface's range. The step
@@ -55,15 +55,15 @@ public:
     measureSteps();
   }
 
-  /// \param most max number of neighbors at the range of a mixed pixel \return one flag per point
-  std::vector<std::uint8_t> findMixed(std::ptrdiff_t most, Execution& execution) const
+  /// \param maxOthers max number of neighbors at the range of a mixed pixel \return one flag per point
+  std::vector<std::uint8_t> findMixed(std::ptrdiff_t maxOthers, Execution& execution) const
   {
     std::vector<std::uint8_t> mixed(ranges_.size(), 0);
     view_.search().forEachPosition(view_.seen(), besides + 1, NeighborSearch::Answer::indicesAndDistances, execution,
                                    [&](const NeighborBatch& batch) {
                                      for (std::size_t n = 0; n < batch.size; ++n)
                                        mixed[batch.positions[n]] =
-                                           isMixed(batch.positions[n], batch.indices + n * batch.k, most) ? 1 : 0;
+                                           isMixed(batch.positions[n], batch.indices + n * batch.k, maxOthers) ? 1 : 0;
                                    });
     return mixed;
   }
@@ -92,10 +92,10 @@ private:
   /// quantized depths and slopes of the surfaces cause it.
   void measureSteps()
   {
-    constexpr std::size_t most = 8192;
+    constexpr std::size_t maxAsked = 8192;
     std::map<int, std::vector<float>> steps;
     Neighbors found;
-    const std::size_t asked = std::min(ranges_.size(), most);
+    const std::size_t asked = std::min(ranges_.size(), maxAsked);
     for (std::size_t n = 0; n < asked; ++n) {
       const std::size_t i = n * ranges_.size() / asked;
       view_.search().nearest(view_.seen()[i], besides + 1, found);
@@ -111,7 +111,7 @@ private:
     return found == steps_.end() ? 0 : found->second;
   }
 
-  bool isMixed(std::uint32_t point, const std::uint32_t* found, std::ptrdiff_t most) const
+  bool isMixed(std::uint32_t point, const std::uint32_t* found, std::ptrdiff_t maxOthers) const
   {
     const Ranges ranges = rangesOf(found, point);
     const float range = ranges_[point];
@@ -125,7 +125,7 @@ private:
     const std::ptrdiff_t atFront = closeTo(front, std::max(nearEnd * way, offFront)),
                          atBack = closeTo(back, std::max(nearEnd * way, offBack));
     return atFront >= atEither && atBack >= atEither && atFront + atBack >= atBoth &&
-           closeTo(range, std::max(alike * way, offFront)) <= most;
+           closeTo(range, std::max(alike * way, offFront)) <= maxOthers;
   }
 
   const SensorView view_;
@@ -135,14 +135,14 @@ private:
 
 /// The mixed pixels among a sensor's points; none if they are rare.
 std::vector<std::uint32_t> mixedAmong(const std::vector<std::uint32_t>& seen, const Eigen::Vector3f& sensor,
-                                      const std::vector<Eigen::Vector3f>& positions, std::ptrdiff_t most,
+                                      const std::vector<Eigen::Vector3f>& positions, std::ptrdiff_t maxOthers,
                                       Execution& execution)
 {
   std::vector<std::uint32_t> mixed;
   if (seen.size() <= besides)
     return mixed;
   const DepthView view(sensor, selectValues(positions, seen), execution);
-  const std::vector<std::uint8_t> isMixed = view.findMixed(most, execution);
+  const std::vector<std::uint8_t> isMixed = view.findMixed(maxOthers, execution);
   execution.poll();
   for (std::size_t n = 0; n < seen.size(); ++n)
     if (isMixed[n])
@@ -168,18 +168,18 @@ std::int64_t dropMixedPixels(const PointArrays& points, std::vector<std::uint8_t
   std::vector<std::vector<std::uint32_t>> own = pointsOfSensors(points);
   for (std::size_t s = 0; s < own.size(); ++s) {
     std::vector<std::uint32_t>& seen = own[s];
-    const auto mixedOf = [&](const std::vector<std::uint32_t>& asked, std::ptrdiff_t most) {
-      return mixedAmong(asked, points.sensors[s], points.positions, most, execution);
+    const auto mixedOf = [&](const std::vector<std::uint32_t>& asked, std::ptrdiff_t maxOthers) {
+      return mixedAmong(asked, points.sensors[s], points.positions, maxOthers, execution);
     };
     const auto eraseDropped = [&] {
       seen.erase(std::remove_if(seen.begin(), seen.end(), [&](std::uint32_t i) { return !keep[i]; }), seen.end());
     };
     eraseDropped();
-    if (seen.size() > 2 * sampled && mixedOf(sampleOf(seen), mostAlike).empty())
+    if (seen.size() > 2 * sampled && mixedOf(sampleOf(seen), maxAlike).empty())
       continue;
     // Repeated, because dropping mixed pixels reveals the surfaces next to others.
     for (std::size_t found = 0;;) {
-      const std::vector<std::uint32_t> mixed = mixedOf(seen, found * dense > seen.size() ? mostAlike + 1 : mostAlike);
+      const std::vector<std::uint32_t> mixed = mixedOf(seen, found * dense > seen.size() ? maxAlike + 1 : maxAlike);
       if (mixed.empty())
         break;
       for (const std::uint32_t i : mixed)

@@ -324,11 +324,11 @@ double lengtheningOf(const std::vector<NoiseGroup>& groups)
   return valueAt(std::move(all), static_cast<std::size_t>((1 - majority) * groupCount + .5));
 }
 
-/// Sets the model's groups and median key. \param most max number of points at which noise is measured
-void measureGroups(const OrientedPoints& points, const NeighborSearch& search, double known, std::size_t most,
+/// Sets the model's groups and median key. \param maxAsked max number of points at which noise is measured
+void measureGroups(const OrientedPoints& points, const NeighborSearch& search, double known, std::size_t maxAsked,
                    NoiseModel& model, Execution& execution)
 {
-  const std::size_t count = std::min(points.size(), most);
+  const std::size_t count = std::min(points.size(), maxAsked);
   std::vector<Sample> samples(count);
   execution.forRange(count, 64, [&](std::size_t begin, std::size_t end) {
     Neighbors found;
@@ -372,9 +372,9 @@ bool NoiseGroup::isStrong() const
 
 double NoiseGroup::lengthening() const
 {
-  constexpr double least = .1;   // in spacings; less noise is hardly worth it, and looks like shape
+  constexpr double weakest = .1; // in spacings; less noise is hardly worth it, and looks like shape
   constexpr double ofLines = .4; // share of σ; the nearest points of a lidar lie on one line and show nearly none
-  const bool isShared = deviation > least * spacing && white < shared * deviation && white > ofLines * deviation;
+  const bool isShared = deviation > weakest * spacing && white < shared * deviation && white > ofLines * deviation;
   return isShared ? std::pow(std::max(correlation / spacing, 1.), .25) : 1;
 }
 

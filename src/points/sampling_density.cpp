@@ -141,8 +141,8 @@ double growthOfNeighbors(const std::vector<Eigen::Vector3f>& positions, const Ne
                          Execution& execution)
 {
   constexpr double onSurfaces = 2;
-  constexpr std::size_t least = 1024, asked = 64, factor = 8;
-  if (positions.size() < least)
+  constexpr std::size_t minPoints = 1024, asked = 64, factor = 8;
+  if (positions.size() < minPoints)
     return onSurfaces;
   // Enough points to see past the noise, and far fewer than all.
   const std::size_t few = std::clamp<std::size_t>(positions.size() / 256, 16, 128);

@@ -16,7 +16,7 @@ constexpr std::int64_t vertexGrain = 2048;
 
 /// Max share of watched vertices; beyond it, all are watched. That costs hardly more, and if an intersection is
 /// overlooked, the whole mesh is remeshed again.
-constexpr double mostWatched = .3;
+constexpr double maxWatched = .3;
 
 template <typename Condition>
 bool isAnyCorner(const Triangle& triangle, const Condition& holds)
@@ -33,7 +33,7 @@ IntersectionWatch::IntersectionWatch(Place place, const HalfEdgeMesh& mesh, floa
   crowded_.emplace(mesh.positions, mesh.normals, 1.5f * edge, execution);
   const std::vector<std::uint8_t> watched = watchedVertices(mesh, execution);
   const auto count = std::count(watched.begin(), watched.end(), 1);
-  if (static_cast<double>(count) > mostWatched * static_cast<double>(watched.size()))
+  if (static_cast<double>(count) > maxWatched * static_cast<double>(watched.size()))
     crowded_.reset();
 }
 

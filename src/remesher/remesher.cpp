@@ -31,13 +31,13 @@ constexpr std::int64_t vertexGrain = 2048;
 /// for the field's gradient to tell them apart: triangles that the passes make of them intersect, and must be undone.
 void pinFolds(RemeshedSurface& surface)
 {
-  constexpr double most = .05; // max share of all triangles
+  constexpr double maxShare = .05; // of all triangles
   HalfEdgeMesh& mesh = surface.mesh;
   std::vector<std::int32_t> folds;
   for (std::int32_t h = 0; h < mesh.halfEdgeCount(); h += 3)
     if (const TriangleShape shape = surface.shape(h); !shape.isSliver() && shape.cosine < 0)
       folds.push_back(h / 3);
-  if (3 * static_cast<double>(folds.size()) > most * mesh.halfEdgeCount())
+  if (3 * static_cast<double>(folds.size()) > maxShare * mesh.halfEdgeCount())
     return;
   for (const std::int32_t t : folds)
     for (const std::int32_t v : mesh.triangle(t))

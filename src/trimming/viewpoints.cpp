@@ -26,10 +26,10 @@ constexpr double minTurned = -.1;
 /// One in this many normals may turn away from all sensors, by a wrong sign; if more do, no sensor saw the points.
 constexpr std::size_t wrongShare = 10;
 
-/// At most `most` of the indices 0 to n - 1, spread evenly.
-std::vector<std::size_t> pick(std::size_t n, std::size_t most)
+/// At most `max` of the indices 0 to n - 1, spread evenly.
+std::vector<std::size_t> pick(std::size_t n, std::size_t max)
 {
-  std::vector<std::size_t> picked(std::min(n, most));
+  std::vector<std::size_t> picked(std::min(n, max));
   for (std::size_t i = 0; i < picked.size(); ++i)
     picked[i] = i * n / picked.size();
   return picked;
