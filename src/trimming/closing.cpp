@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "trimming/closing.h"
 
+#include <functional>
 #include <limits>
+#include <queue>
 #include <utility>
 
 namespace pcl::mrf {
@@ -25,8 +27,7 @@ void forNeighbors(const TriangleMesh& mesh, const VertexCorners& sheet, std::int
 class Front {
 public:
   Front(const TriangleMesh& mesh, const VertexCorners& sheet, float radius)
-      : mesh_(mesh), sheet_(sheet), radius_(radius), queue_(binsPerRadius + 1),
-        distances_(mesh.vertices.size(), infinity)
+      : mesh_(mesh), sheet_(sheet), radius_(radius), distances_(mesh.vertices.size(), infinity)
   {}
 
   /// 0..1; infinite where the front has not come.
@@ -38,36 +39,31 @@ public:
     if (!(distance <= 1) || !(distance < distances_[vertex]))
       return;
     distances_[vertex] = distance;
-    queue_[static_cast<std::size_t>(distance * binsPerRadius)].push_back({distance, vertex});
+    queue_.push({distance, vertex});
   }
 
-  /// Advances to vertices v with mayReach(v) until none is left. A vertex is reached again on a shorter path, so that
-  /// distances do not depend on the order.
+  /// Advances to vertices v with mayReach(v) until none is left.
   template <typename MayReach>
   void run(const MayReach& mayReach)
   {
-    for (std::vector<Entry>& nearest : queue_) {
-      while (!nearest.empty()) {
-        const auto [distance, from] = nearest.back();
-        nearest.pop_back();
-        if (distance > distances_[from])
-          continue;
-        forNeighbors(mesh_, sheet_, from, [&, distance = distance, from = from](std::int32_t to) {
-          if (distances_[to] > distance && mayReach(to))
-            reach(to, distance + (mesh_.vertices[from] - mesh_.vertices[to]).norm() / radius_);
-        });
-      }
-      nearest = std::vector<Entry>();
+    while (!queue_.empty()) {
+      const auto [distance, from] = queue_.top();
+      queue_.pop();
+      if (distance > distances_[from])
+        continue;
+      forNeighbors(mesh_, sheet_, from, [&, distance = distance, from = from](std::int32_t to) {
+        if (distances_[to] > distance && mayReach(to))
+          reach(to, distance + (mesh_.vertices[from] - mesh_.vertices[to]).norm() / radius_);
+      });
     }
   }
 
 private:
   using Entry = std::pair<float, std::int32_t>;
-  static constexpr int binsPerRadius = 1024;
   const TriangleMesh& mesh_;
   const VertexCorners& sheet_;
   float radius_;
-  std::vector<std::vector<Entry>> queue_; ///< bins by distance
+  std::priority_queue<Entry, std::vector<Entry>, std::greater<Entry>> queue_; ///< by distance
   std::vector<float> distances_;
 };
 
