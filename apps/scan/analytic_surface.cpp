@@ -157,19 +157,9 @@ Patch reversed(const Patch& patch)
 double leaves(const Box& box, const Vector3d& origin, const Vector3d& direction)
 {
   // A millionth of the diagonal, because flat boxes have no thickness to be hit.
-  const double margin = 1e-6 * box.diagonal().norm();
+  const Vector3d margin = Vector3d::Constant(1e-6 * box.diagonal().norm());
   double enter = 0, leave = std::numeric_limits<double>::max();
-  for (int axis = 0; axis < 3; ++axis) {
-    const double below = box.min()[axis] - margin - origin[axis], above = box.max()[axis] + margin - origin[axis];
-    if (direction[axis] == 0) {
-      if (below > 0 || above < 0)
-        return -1;
-      continue;
-    }
-    const double a = below / direction[axis], b = above / direction[axis];
-    enter = std::max(enter, std::min(a, b));
-    leave = std::min(leave, std::max(a, b));
-  }
+  clip({box.min() - margin, box.max() + margin}, origin, inverseOf(direction), enter, leave);
   return enter <= leave ? leave : -1;
 }
 

@@ -22,18 +22,12 @@ struct MeshSurface::Segment {
   bool isAnyEnough = false;   ///< any triangle will do, not only the first
   double t = 1;
   std::int64_t triangle = -1;
-  /// A huge number instead of infinity: 0 · ∞ would be NaN for a segment in the plane of a box's face.
-  Vector3d inverse = direction.unaryExpr([](double d) { return std::abs(d) > 1e-300 ? 1 / d : 1e300; });
+  Vector3d inverse = inverseOf(direction);
 
   bool intersectVolume(const Eigen::AlignedBox3d& box) const
   {
     double enter = 0, leave = t;
-    for (int axis = 0; axis < 3; ++axis) {
-      const double a = (box.min()[axis] - origin[axis]) * inverse[axis];
-      const double b = (box.max()[axis] - origin[axis]) * inverse[axis];
-      enter = std::max(enter, std::min(a, b));
-      leave = std::min(leave, std::max(a, b));
-    }
+    clip(box, origin, inverse, enter, leave);
     // The margin covers the rounding of the products above.
     return enter <= leave + 1e-12;
   }

@@ -6,7 +6,9 @@
 
 #include <Eigen/Geometry>
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <vector>
 
@@ -39,6 +41,21 @@ inline Eigen::Vector3d rotateBack(const Eigen::Vector3d& degrees, const Eigen::V
 }
 
 using Box = Eigen::AlignedBox3d;
+
+/// 1 / direction, with a huge number instead of infinity: 0 · ∞ would be NaN for a ray in the plane of a box's face.
+inline Eigen::Vector3d inverseOf(const Eigen::Vector3d& direction)
+{
+  return direction.unaryExpr([](double d) { return std::abs(d) > 1e-300 ? 1 / d : 1e300; });
+}
+
+/// Cuts the part of a ray from `enter` to `leave`, in lengths of its direction, to what is inside a box.
+inline void clip(const Box& box, const Eigen::Vector3d& origin, const Eigen::Vector3d& inverse, double& enter,
+                 double& leave)
+{
+  const Eigen::Vector3d a = (box.min() - origin).cwiseProduct(inverse), b = (box.max() - origin).cwiseProduct(inverse);
+  enter = std::max(enter, a.cwiseMin(b).maxCoeff());
+  leave = std::min(leave, a.cwiseMax(b).minCoeff());
+}
 
 /// The distance at which a ray leaves a box, in lengths of its direction; negative if the ray misses the box.
 double leaves(const Box& box, const Eigen::Vector3d& origin, const Eigen::Vector3d& direction);
