@@ -63,14 +63,6 @@ struct Result {
   std::vector<std::vector<float>> surfaces; ///< drawn surfaces to write: distances to move each vertex along its normal
 };
 
-std::string scalarNames(const PointTable& table)
-{
-  std::string result;
-  for (const auto& scalar : table.scalars)
-    result += (result.empty() ? "" : ", ") + scalar.first;
-  return result.empty() ? "none" : result;
-}
-
 /// The name of the input in messages.
 std::string inputName(const Job& job)
 {
@@ -91,9 +83,13 @@ std::vector<std::string> filesRead(const Job& job, const Command& command)
 /// \param name of a field that each file must have; empty: none \param option that names the field
 void requireField(const std::string& path, const PointTable& table, const std::string& option, const std::string& name)
 {
-  if (!name.empty() && table.scalars.count(name) == 0)
-    throw UsageError(option + ": '" + path + "' has no field '" + name +
-                     "'; its scalar fields are: " + scalarNames(table));
+  if (name.empty() || table.scalars.count(name) > 0)
+    return;
+  std::vector<std::string> names;
+  for (const auto& scalar : table.scalars)
+    names.push_back(scalar.first);
+  throw UsageError(option + ": '" + path + "' has no field '" + name +
+                   "'; its scalar fields are: " + (names.empty() ? "none" : joined(names)));
 }
 
 /// Reads a file of the input. Drops its sensors if the command names others or turns them off.
