@@ -4,23 +4,15 @@
 #include "support/clouds.h"
 #include "support/shapes.h"
 
-#include <cmath>
-
 namespace benchmarks {
 
-using Eigen::Vector3d;
 using pcl::mrf::PointSet;
 
 PointSet spherePoints(std::int64_t count)
 {
-  const double goldenTurn = 2 * M_PI * (1 - 2 / (1 + std::sqrt(5.0)));
   PointSet points;
-  for (std::int64_t i = 0; i < count; ++i) {
-    const double z = 1 - (2 * static_cast<double>(i) + 1) / static_cast<double>(count);
-    const double turn = goldenTurn * static_cast<double>(i), radius = std::sqrt(1 - z * z);
-    const Eigen::Vector3f p = Vector3d(radius * std::cos(turn), radius * std::sin(turn), z).cast<float>();
-    clouds::append(points, p, p);
-  }
+  for (const Eigen::Vector3d& p : clouds::spherePoints(static_cast<std::size_t>(count)))
+    clouds::append(points, p.cast<float>(), p.cast<float>());
   return clouds::reordered(points, clouds::shuffledOrder(points.size()));
 }
 

@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief Every reader of files and of command lines as a function of bytes, for fuzzers and for replaying what they
+/// Every reader of files and of command lines as a function of bytes, for fuzzers and for replaying what they
 /// found.
 #pragma once
 
 #include <cstddef>
-#include <cstdint>
 #include <string>
 #include <vector>
 

@@ -2,6 +2,7 @@
 #include "mesh/mesh_topology.h"
 #include "support/meshes.h"
 #include "support/shapes.h"
+#include "support/threads.h"
 
 #include <gtest/gtest.h>
 
@@ -18,8 +19,6 @@ using Eigen::Vector3f;
 
 namespace {
 
-constexpr double pi = 3.14159265358979323846;
-
 /// The corners 0, x, y, z of the unit cube, oriented outward.
 TriangleMesh tetrahedron(const Vector3f& offset = Vector3f::Zero())
 {
@@ -35,7 +34,7 @@ TriangleMesh torus(int m, int n, double majorRadius, double minorRadius)
   TriangleMesh mesh;
   for (int j = 0; j < n; ++j)
     for (int i = 0; i < m; ++i) {
-      const double u = 2 * pi * i / m, v = 2 * pi * j / n, r = majorRadius + minorRadius * std::cos(v);
+      const double u = 2 * M_PI * i / m, v = 2 * M_PI * j / n, r = majorRadius + minorRadius * std::cos(v);
       mesh.vertices.push_back(
           Eigen::Vector3d(r * std::cos(u), r * std::sin(u), minorRadius * std::sin(v)).cast<float>());
       const std::int32_t a = i + m * j, b = (i + 1) % m + m * j, c = (i + 1) % m + m * ((j + 1) % n),
@@ -139,8 +138,8 @@ TEST(MeshQuality, torusWholeAndCut)
   EXPECT_EQ(s.valences[6], 60 * 40);
   EXPECT_EQ(s.regularShare(), 1);
   // Inscribed polygons of 60 and 40 corners lose about (2π/n)²/6 each.
-  const double loss = std::pow(2 * pi / 60, 2) / 6 + std::pow(2 * pi / 40, 2) / 6;
-  EXPECT_NEAR(s.volume / (2 * pi * pi * 2 * .25), 1 - loss, .3 * loss);
+  const double loss = std::pow(2 * M_PI / 60, 2) / 6 + std::pow(2 * M_PI / 40, 2) / 6;
+  EXPECT_NEAR(s.volume / (2 * M_PI * M_PI * 2 * .25), 1 - loss, .3 * loss);
 
   TriangleMesh tube = torus(12, 9, 2, .5);
   // Without the triangles between two neighboring rows of vertices the torus is an open tube.
@@ -170,7 +169,6 @@ TEST(MeshQuality, anyIndicesAndPositionsAreSurvived)
   EXPECT_TRUE(s.manifold() && s.closed());
   EXPECT_NEAR(s.volume, 1. / 6, 1e-12);
   std::vector<std::int32_t> component;
-  Execution serial(1);
   bool isTorn;
   EXPECT_EQ(groupTriangles(mesh, {}, serial, component, isTorn), 1);
   EXPECT_EQ(component, (std::vector<std::int32_t>{0, 0, 0, 0, -1, -1, -1, -1}));
@@ -238,7 +236,6 @@ TEST(MeshQuality, componentsAreNumberedByTheirFirstTriangle)
       interleaved.push_back(mesh.triangles[first + n]);
   mesh.triangles = interleaved;
   std::vector<std::int32_t> component;
-  Execution serial(1);
   bool isTorn;
   EXPECT_EQ(groupTriangles(mesh, {}, serial, component, isTorn), 3);
   EXPECT_EQ(component, (std::vector<std::int32_t>{0, 1, 2, 0, 1, 2, 0, 1, 2, 0, 1, 2}));
@@ -249,7 +246,6 @@ TEST(MeshQuality, ringsDoNotDependOnHowManyVerticesAreGroupedAtATime)
   const TriangleMesh mesh = torus(9, 7, 2, .5);
   std::vector<std::uint8_t> isMember(mesh.triangles.size(), 1);
   isMember[5] = isMember[80] = 0;
-  Execution serial(1);
   const auto corners = [&](std::size_t atATime) {
     std::vector<std::int32_t> seen;
     const auto parts = partsOfRings<std::vector<std::int32_t>>(

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "mesh/vertex_fields.h"
+#include "support/clouds.h"
 #include "support/meshes.h"
 #include "support/shapes.h"
 #include "support/threads.h"
@@ -10,8 +11,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <random>
-#include <stdexcept>
 
 using namespace meshes;
 using namespace pcl::mrf;
@@ -22,12 +21,11 @@ namespace {
 
 TEST(VertexFields, normalsOfASphereConverge)
 {
-  Execution execution(1);
   std::vector<double> errors;
   for (const int voxels : {20, 40}) {
     const DistanceField field = shapes::field(shapes::sphere(.7), 1, voxels);
     TriangleMesh mesh = zeroLevel(field);
-    setNormals(mesh, field, execution);
+    setNormals(mesh, field, serial);
     ASSERT_EQ(mesh.normals.size(), mesh.vertices.size());
     double largest = 0;
     for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
@@ -47,17 +45,15 @@ TEST(VertexFields, confidencesFallWithTheDistanceFromTheNearestPoint)
   points.positions = {{0, 0, 0}, {10, 0, 0}};
   points.normals.assign(2, Vector3f::UnitZ());
   points.confidences = {1, .5f};
-  const auto search = makeKdTree();
-  search->setPoints(points.positions);
+  const auto search = clouds::searchOf(points);
   TriangleMesh mesh;
   mesh.vertices = {{0, 0, 0}, {1, 0, 0}, {0, 3, 0}, {0, 0, 4.5f}, {10, 1, 0}};
-  Execution execution(1);
-  setConfidences(mesh, {points, *search, 4, 0}, ConfidenceShape::linear, execution);
+  setConfidences(mesh, {points, *search, 4, 0}, ConfidenceShape::linear, serial);
   const std::vector<float> linear = {1, .75f, .25f, 0, .5f * .75f};
   ASSERT_EQ(mesh.confidences.size(), linear.size());
   for (std::size_t v = 0; v < linear.size(); ++v)
     EXPECT_FLOAT_EQ(mesh.confidences[v], linear[v]);
-  setConfidences(mesh, {points, *search, 4, 0}, ConfidenceShape::quadratic, execution);
+  setConfidences(mesh, {points, *search, 4, 0}, ConfidenceShape::quadratic, serial);
   EXPECT_FLOAT_EQ(mesh.confidences[1], 1 - 1.f / 16);
   EXPECT_EQ(mesh.confidences[3], 0);
 }
@@ -72,15 +68,13 @@ TEST(VertexFields, confidencesDoNotDependOnWhichVertexCameBefore)
     points.spacings.insert(points.spacings.end(), {.1f, 1});
   }
   points.normals.assign(points.positions.size(), Vector3f::UnitZ());
-  const auto search = makeKdTree();
-  search->setPoints(points.positions);
+  const auto search = clouds::searchOf(points);
   const Support support(points, *search, .5f, .1f);
   TriangleMesh mesh;
   for (int step = 0; step < 3000; ++step)
     mesh.vertices.emplace_back(40 - 40 * std::cos(.003f * static_cast<float>(step)),
                                6 * std::sin(.05f * static_cast<float>(step)), 0);
-  Execution execution(1);
-  setConfidences(mesh, support, ConfidenceShape::quadratic, execution);
+  setConfidences(mesh, support, ConfidenceShape::quadratic, serial);
   Neighbors scratch;
   int supported = 0;
   for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
@@ -98,8 +92,7 @@ TEST(VertexFields, pointsSupportSurfaceWithinThreeOfTheirDeviations)
   points.positions = {{0, 0, 0}, {10, 0, 0}, {20, 0, 0}};
   points.normals.assign(3, Vector3f::UnitZ());
   points.deviations = {.1f, .25f, 9};
-  const auto search = makeKdTree();
-  search->setPoints(points.positions);
+  const auto search = clouds::searchOf(points);
   const Support support(points, *search, .5f, 0);
   EXPECT_FLOAT_EQ(support.reach(0), .5f) << "dEmax is more";
   EXPECT_FLOAT_EQ(support.reach(1), .75f);
@@ -117,21 +110,19 @@ TEST(VertexFields, edgesAreAsLongAsThePointsAreSparse)
   for (std::size_t n = 0; n < points.spacings.size(); ++n)
     points.positions.emplace_back(10 * static_cast<float>(n), 0, 0);
   points.normals.assign(points.positions.size(), Vector3f::UnitZ());
-  const auto search = makeKdTree();
-  search->setPoints(points.positions);
+  const auto search = clouds::searchOf(points);
   TriangleMesh mesh;
   for (const Vector3f& p : points.positions)
     mesh.vertices.push_back(p + Vector3f(2, 0, 1));
-  Execution execution(1);
-  const EdgeSizing sizing = edgeSizing(mesh, {points, *search, 3, 1}, execution);
+  const EdgeSizing sizing = edgeSizing(mesh, {points, *search, 3, 1}, serial);
   const std::vector<float> expected = {1, 1, 1.5f, 3, 9};
   ASSERT_EQ(sizing.size(), expected.size());
   for (std::size_t v = 0; v < expected.size(); ++v)
     EXPECT_FLOAT_EQ(sizing[v], expected[v]);
 
-  EXPECT_TRUE(edgeSizing(mesh, {points, *search, 3, 0}, execution).empty()) << "one length for the cloud, as the paper";
+  EXPECT_TRUE(edgeSizing(mesh, {points, *search, 3, 0}, serial).empty()) << "one length for the cloud, as the paper";
   points.spacings.assign(points.spacings.size(), 1.7f);
-  EXPECT_TRUE(edgeSizing(mesh, {points, *search, 3, 1}, execution).empty()) << "none is sparse";
+  EXPECT_TRUE(edgeSizing(mesh, {points, *search, 3, 1}, serial).empty()) << "none is sparse";
 }
 
 TEST(VertexFields, trianglesGiveTheNormalWhereTheGradientVanishes)
@@ -143,8 +134,7 @@ TEST(VertexFields, trianglesGiveTheNormalWhereTheGradientVanishes)
   TriangleMesh mesh;
   mesh.vertices = {{1, 1, 2}, {1, 2, 2}, {0, 1, 1}, {2, 1, 1}, {3, 3, 3}};
   mesh.triangles = {{1, 2, 0}, {1, 0, 3}}; // two slopes that meet in the ridge 0–1
-  Execution execution(1);
-  setNormals(mesh, field, execution);
+  setNormals(mesh, field, serial);
   const Vector3f left = Vector3f(-1, 0, 1).normalized(), right = Vector3f(1, 0, 1).normalized();
   EXPECT_LT((mesh.normals[0] - Vector3f::UnitZ()).norm(), 1e-6f);
   EXPECT_LT((mesh.normals[1] - Vector3f::UnitZ()).norm(), 1e-6f);

@@ -2,6 +2,7 @@
 #include "field/prior.h"
 #include "observation/observation.h"
 #include "observation/point_observation.h"
+#include "support/clouds.h"
 #include "support/linear_systems.h"
 #include "support/shapes.h"
 #include "support/threads.h"
@@ -41,8 +42,7 @@ Observation observeAll(const OrientedPoints& points, const Lattice& lattice, flo
                        const ObservationOptions& options, int threads = 1)
 {
   Execution execution(threads);
-  const auto search = makeKdTree();
-  search->setPoints(points.positions);
+  const auto search = clouds::searchOf(points);
   return observe(points, *search, lattice, spacing, maxDistance, options, execution);
 }
 
@@ -222,12 +222,11 @@ constexpr GridSize flatGrids[] = {{7, 6, 5}, {1, 5, 4}, {6, 1, 3}, {4, 5, 1}, {2
 
 TEST(PointObservation, isTheDerivativeOfItsEnergy)
 {
-  Execution execution(1);
   for (const GridSize size : flatGrids) {
     const auto samples = randomSamples(size, 40, 3, true);
     const PointWeights weights{3, .7};
     const double unit = .25;
-    const LinearSystem system = assembleAtPoints(size, Prior::membrane, samples, weights, unit, execution);
+    const LinearSystem system = assembleAtPoints(size, Prior::membrane, samples, weights, unit, serial);
     const auto d = oracle::randomValues(static_cast<std::size_t>(size.count()), -1, 1, 5);
     // C of a system of order 1.
     const oracle::Vector product = (oracle::Matrix(system.matrix) - oracle::laplacian(size)) * asVector(d);
@@ -257,10 +256,9 @@ TEST(PointObservation, noiseWeighsByItsInverseSquareBesideConfidences)
   points.confidences = {.5f, .5f, 1, 1};
   points.deviations = {.25f, .5f, 1, 100};
   const Lattice lattice{{3, 3, 3}, Eigen::Vector3d::Zero(), 1};
-  Execution execution(1);
   const auto weights = [&] {
     std::vector<float> result;
-    for (const PointSample& sample : toSamples({points, lattice, 1}, execution))
+    for (const PointSample& sample : toSamples({points, lattice, 1}, serial))
       result.push_back(sample.weight);
     return result;
   };

@@ -18,7 +18,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <limits>
 #include <numeric>
 #include <random>
@@ -52,10 +51,9 @@ OrientationResult orient(const PointSet& points, const std::vector<Vector3f>& no
 
 std::vector<Vector3f> estimated(const PointSet& points)
 {
-  Execution execution;
   const auto search = clouds::searchOf(points);
-  const float spacing = estimateSamplingDensity(points, *search, execution).spacing;
-  return estimateNormals(points, *search, spacing, {}, execution).normals;
+  const float spacing = estimateSamplingDensity(points, *search, serial).spacing;
+  return estimateNormals(points, *search, spacing, {}, serial).normals;
 }
 
 OrientationResult estimateAndOrient(const PointSet& points, OrientationVote vote)
@@ -628,9 +626,8 @@ TEST(Orientation, DegenerateClouds)
     EXPECT_TRUE(share == 1 || (vote == OrientationVote::outward && share == 0)) << share;
     EXPECT_EQ(estimateAndOrient(points, vote).pointsDropped, static_cast<std::int64_t>(points.size()));
   }
-  Execution execution;
   const OrientationResult nothing =
-      orientNormals({}, {}, *makeKdTree(), SamplingDensity(), OrientationVote::outward, {}, execution);
+      orientNormals({}, {}, *makeKdTree(), SamplingDensity(), OrientationVote::outward, {}, serial);
   EXPECT_EQ(nothing.components, 0);
   EXPECT_TRUE(nothing.normals.empty());
 }
@@ -685,10 +682,9 @@ TEST(OrientationOfScans, WithAndWithoutSensors)
     std::vector<std::uint8_t> keep(points.size(), 1);
     std::fill(keep.begin() + std::min<std::ptrdiff_t>(30000, static_cast<std::ptrdiff_t>(keep.size())), keep.end(), 0);
     points = select(points, keep);
-    Execution execution;
     const auto search = clouds::searchOf(points);
-    const NeighborDistances distances = measureNeighbors(points, *search, execution);
-    points = select(points, findOutliers(points, distances, *search, {}, execution).keep);
+    const NeighborDistances distances = measureNeighbors(points, *search, serial);
+    points = select(points, findOutliers(points, distances, *search, {}, serial).keep);
 
     const std::vector<Vector3f> normals = estimated(points);
     EXPECT_GE(shareRight(points, orient(points, normals, OrientationVote::outward)), .99) << name;

@@ -3,9 +3,8 @@
 
 // Structured outliers, dropped by a robust field.
 #include "base/random.h"
+#include "support/clouds.h"
 #include "support/shapes.h"
-
-#include <pcl/surface/mrf/neighbor_search.h>
 
 #include <Eigen/Geometry>
 #include <gtest/gtest.h>
@@ -21,8 +20,7 @@ constexpr float spacing = .05f;
 std::vector<std::uint8_t> kept(const OrientedPoints& points, int threads = 2)
 {
   Execution execution(threads);
-  const auto search = makeKdTree();
-  search->setPoints(points.positions);
+  const auto search = clouds::searchOf(points);
   return keptByField(points, *search, spacing, 2 * spacing, 0, execution);
 }
 

@@ -57,8 +57,7 @@ const std::vector<Eigen::Quaternionf>& rotations()
 BoundingBox volumeOf(const PointSet& points, float maxHole)
 {
   Execution execution(1);
-  const auto search = makePointBins();
-  search->setPoints(points.positions);
+  const auto search = clouds::searchOf(points);
   Options options;
   options.multiscale.voxelSize = 2 * spacing;
   return chooseVolume(shapes::oriented(points), *search, spacing, options, maxHole, execution);

@@ -5,6 +5,7 @@
 #include "points/sampling_density.h"
 #include "support/clouds.h"
 #include "support/depth_image.h"
+#include "support/shapes.h"
 #include "support/threads.h"
 
 #include <gtest/gtest.h>
@@ -20,11 +21,8 @@ namespace {
 OrientedPoints withSpacings(const PointSet& points)
 {
   const auto search = clouds::searchOf(points);
-  Execution execution(1);
-  OrientedPoints result;
-  result.spacings = localSpacings(points, measureNeighbors(points, *search, execution), execution);
-  result.positions = points.positions;
-  result.normals = points.normals;
+  OrientedPoints result = shapes::oriented(points);
+  result.spacings = localSpacings(points, measureNeighbors(points, *search, serial), serial);
   result.sensors = points.sensors;
   return result;
 }
@@ -51,8 +49,7 @@ OrientedPoints depthImage(const std::function<float(float depth)>& deviation, in
 NoiseModel modelOf(const OrientedPoints& points, int threads = 1, double known = 0)
 {
   Execution execution(threads);
-  const auto search = makePointBins();
-  search->setPoints(points.positions);
+  const auto search = clouds::searchOf(points);
   return estimateNoise(points, *search, known, execution);
 }
 
@@ -209,8 +206,7 @@ TEST(Noise, BecomesTheDeviationOfEachPoint)
 {
   OrientedPoints points = depthImage([](float depth) { return .01f * depth * depth; }, 1);
   const NoiseModel model = modelOf(points);
-  Execution execution(1);
-  setDeviations(points, model, execution);
+  setDeviations(points, model, serial);
   EXPECT_FLOAT_EQ(points.typicalDeviation, static_cast<float>(model.deviation));
   for (std::size_t i = 0; i < points.size(); i += 97)
     EXPECT_NEAR(points.deviation(i),
@@ -221,8 +217,7 @@ TEST(Noise, BecomesTheDeviationOfEachPoint)
 TEST(Noise, ThatIsKnownIsTaken)
 {
   OrientedPoints points = depthImage([](float depth) { return .004f * depth * depth; }, 2);
-  Execution execution(1);
-  points.deviations = deviationsByLaw(*noiseLaw("quadratic:.5,.25"), points, execution);
+  points.deviations = deviationsByLaw(*noiseLaw("quadratic:.5,.25"), points, serial);
   const NoiseModel model = modelOf(points);
   EXPECT_TRUE(model.isCorrelated) << "as the cloud shows";
   for (std::size_t i = 0; i < points.size(); i += 97) {
@@ -240,17 +235,16 @@ TEST(Deviations, AreThoseOfTheSensorThatSaw)
 {
   PointSet points;
   points.positions = {{0, 0, 1}, {0, 0, 9}, {0, 0, 0}};
-  Execution execution(1);
   const NoiseLaw law = *noiseLaw("tof:.5,.25");
   using Values = std::vector<float>;
-  EXPECT_TRUE(deviationsByLaw(law, points, execution).empty());
+  EXPECT_TRUE(deviationsByLaw(law, points, serial).empty());
   points.sensors = {{0, 0, 0}, {0, 0, 10}};
-  EXPECT_EQ(deviationsByLaw(law, points, execution), (Values{.75f, .75f, .5f})) << "the nearest";
-  EXPECT_TRUE(deviationsByLaw(*noiseLaw("constant:1"), points, execution).empty());
+  EXPECT_EQ(deviationsByLaw(law, points, serial), (Values{.75f, .75f, .5f})) << "the nearest";
+  EXPECT_TRUE(deviationsByLaw(*noiseLaw("constant:1"), points, serial).empty());
   // Where there is no noise, one point still has no endless weight.
-  EXPECT_GT(deviationsByLaw(*noiseLaw("kinect"), points, execution)[2], 0);
+  EXPECT_GT(deviationsByLaw(*noiseLaw("kinect"), points, serial)[2], 0);
   points.views = {1, 1, 0};
-  EXPECT_EQ(deviationsByLaw(law, points, execution), (Values{2.75f, .75f, .5f}));
+  EXPECT_EQ(deviationsByLaw(law, points, serial), (Values{2.75f, .75f, .5f}));
 }
 
 TEST(Noise, OfFewPointsIsUnknown)

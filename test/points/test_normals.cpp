@@ -203,20 +203,18 @@ TEST(Normals, LinesAndSinglePositionsHaveNone)
   PointSet same;
   for (int n = 0; n < 20; ++n)
     clouds::append(same, {1, 2, 3}, Eigen::Vector3f::UnitZ());
-  Execution execution;
-  for (const Eigen::Vector3f& normal : estimateNormals(same, *clouds::searchOf(same), 1, {}, execution).normals)
+  for (const Eigen::Vector3f& normal : estimateNormals(same, *clouds::searchOf(same), 1, {}, serial).normals)
     EXPECT_TRUE(normal.isZero());
-  EXPECT_TRUE(estimateNormals({}, *makeKdTree(), 1, {}, execution).normals.empty());
+  EXPECT_TRUE(estimateNormals({}, *makeKdTree(), 1, {}, serial).normals.empty());
 }
 
 TEST(Normals, OfSomePointsAreThoseOfAll)
 {
   const PointSet points = clouds::randomSquare(2000, 1);
   const auto search = clouds::searchOf(points);
-  Execution execution(1);
   const std::vector<std::uint32_t> asked = {3, 700, 1999};
-  const auto all = estimateNormals(points, *search, .02f, {}, execution, .05f).normals,
-             some = estimateNormals(points, *search, .02f, {}, execution, .05f, asked).normals;
+  const auto all = estimateNormals(points, *search, .02f, {}, serial, .05f).normals,
+             some = estimateNormals(points, *search, .02f, {}, serial, .05f, asked).normals;
   for (const std::uint32_t i : asked)
     EXPECT_EQ(some[i], all[i]);
   EXPECT_EQ(std::count_if(some.begin(), some.end(), [](const Eigen::Vector3f& n) { return n.isZero(); }), 1997);

@@ -180,8 +180,7 @@ TEST(Outliers, FewerPointsThanNeighbors)
     const OutlierResult result = outliersOf(points, options);
     EXPECT_EQ(std::count(result.keep.begin(), result.keep.end(), 1), number);
   }
-  Execution execution;
-  EXPECT_TRUE(findOutliers({}, {}, *makeKdTree(), options, execution).keep.empty());
+  EXPECT_TRUE(findOutliers({}, {}, *makeKdTree(), options, serial).keep.empty());
 }
 
 TEST(Outliers, DoNotDependOnThreadsOrderOrScale)

@@ -17,8 +17,6 @@ using namespace pcl::mrf;
 
 namespace {
 
-const double pi = std::acos(-1.0);
-
 SamplingDensity densityOf(const PointSet& points, int threads = 1)
 {
   Execution execution(threads);
@@ -36,9 +34,8 @@ TEST(SamplingDensity, OfALatticeIsItsSpacing)
   EXPECT_NEAR(density.nearestDeviation, 0, 1e-5);
   EXPECT_NEAR(density.eighthMedian, .5 * std::sqrt(2.0), 1e-5);
   EXPECT_FLOAT_EQ(density.spacing, .323f * density.eighthMedian);
-  Execution execution;
   const SamplingDensity papers =
-      estimateSamplingDensity(points, *clouds::searchOf(points), execution, LengthUnit::nearest);
+      estimateSamplingDensity(points, *clouds::searchOf(points), serial, LengthUnit::nearest);
   EXPECT_EQ(papers.spacing, density.nearestMean);
 }
 
@@ -68,8 +65,8 @@ TEST(SamplingDensity, OfRandomPointsIsTheExpectationOfAPoissonProcess)
   const SamplingDensity density = densityOf(clouds::randomSquare(20000, 1));
   const double scale = 1 / std::sqrt(5000.0);
   EXPECT_NEAR(density.nearestMean / scale, .5, .015);
-  EXPECT_NEAR(density.nearestDeviation / scale, std::sqrt((4 - pi) / (4 * pi)), .01);
-  EXPECT_NEAR(density.eighthMedian / scale, std::sqrt(7.669 / pi), .047);
+  EXPECT_NEAR(density.nearestDeviation / scale, std::sqrt((4 - M_PI) / (4 * M_PI)), .01);
+  EXPECT_NEAR(density.eighthMedian / scale, std::sqrt(7.669 / M_PI), .047);
   // The factor makes both estimates equal on such a surface.
   EXPECT_NEAR(density.spacing, density.nearestMean, .03 * density.nearestMean);
 }
@@ -82,9 +79,8 @@ TEST(SamplingDensity, LocalSpacingsFollowTheDensity)
   for (Eigen::Vector3f& position : sparse.positions)
     position.x() += 100;
   clouds::append(points, sparse);
-  Execution execution;
-  const NeighborDistances distances = measureNeighbors(points, *clouds::searchOf(points), execution);
-  const std::vector<float> spacings = localSpacings(points, distances, execution);
+  const NeighborDistances distances = measureNeighbors(points, *clouds::searchOf(points), serial);
+  const std::vector<float> spacings = localSpacings(points, distances, serial);
   ASSERT_EQ(spacings.size(), points.size());
   for (std::size_t i = 0; i < spacings.size(); ++i) {
     // .323 √2 of the lattice's constant, up to .323 · √8 at its corners.
@@ -110,10 +106,9 @@ TEST(SamplingDensity, DuplicatesCountOnce)
 
 TEST(SamplingDensity, NeedsTwoDistinctPositions)
 {
-  Execution execution;
   PointSet points;
-  const auto density = [&] { estimateSamplingDensity(points, *clouds::searchOf(points), execution); };
-  EXPECT_NE(clouds::messageOf<InvalidInput>([&] { estimateSamplingDensity(points, *makeKdTree(), execution); }), "");
+  const auto density = [&] { estimateSamplingDensity(points, *clouds::searchOf(points), serial); };
+  EXPECT_NE(clouds::messageOf<InvalidInput>([&] { estimateSamplingDensity(points, *makeKdTree(), serial); }), "");
   clouds::append(points, {1, 2, 3}, Eigen::Vector3f::UnitZ());
   EXPECT_NE(clouds::messageOf<InvalidInput>(density), "");
   for (int n = 0; n < 20; ++n)

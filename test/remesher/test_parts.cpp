@@ -16,7 +16,6 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <numeric>
 #include <set>
 #include <string>
 #include <utility>
@@ -43,8 +42,7 @@ RemeshResult remeshedInParts(const TriangleMesh& mesh, const DistanceField& fiel
 
 void expectSameBytes(const RemeshResult& a, const RemeshResult& b)
 {
-  EXPECT_EQ(a.mesh.vertices, b.mesh.vertices);
-  EXPECT_EQ(a.mesh.triangles, b.mesh.triangles);
+  expectSame(a.mesh, b.mesh);
   EXPECT_EQ(a.refusedOperations, b.refusedOperations);
 }
 

@@ -12,6 +12,7 @@
 #include "support/clouds.h"
 #include "support/meshes.h"
 #include "support/shapes.h"
+#include "support/threads.h"
 
 #include <pcl/surface/mrf/exceptions.h>
 
@@ -20,13 +21,11 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <map>
 #include <optional>
 #include <random>
-#include <set>
 #include <string>
 #include <vector>
 
@@ -66,14 +65,6 @@ std::vector<Case> closedShapes()
           {"torus", torus(.6, .25), 0, .25},
           {"roundedBox", box({.7, .5, .6}, .25), 2, .25},
           {"twoTubes", tubes, 4, .25}};
-}
-
-void expectSamePositions(const TriangleMesh& a, const TriangleMesh& b)
-{
-  ASSERT_EQ(a.vertices.size(), b.vertices.size());
-  for (std::size_t v = 0; v < a.vertices.size(); ++v)
-    ASSERT_EQ(a.vertices[v], b.vertices[v]);
-  ASSERT_EQ(a.triangles, b.triangles);
 }
 
 double distanceToLevel(const DistanceField& field, const Vector3f& p)
@@ -382,7 +373,7 @@ TEST(Remesher, LongEdgesKeepTheTopologyOnAnyNumberOfThreads)
     const EdgeSizing sizing = longOnOneSide(raw, 4);
     const TriangleMesh mesh = soundlyRemeshed(raw, field, {}, sizing).mesh;
     EXPECT_LT(mesh.triangles.size(), .9 * static_cast<double>(raw.triangles.size()));
-    expectSamePositions(remeshed(raw, field, {}, sizing, 3).mesh, mesh);
+    expectSame(remeshed(raw, field, {}, sizing, 3).mesh, mesh);
   }
 }
 
@@ -391,9 +382,9 @@ TEST(Remesher, ATargetEdgeThatIsGivenGoesForAllEdges)
   const DistanceField field = shapes::field(shapes::sphere(.7), halfSide, voxels);
   const TriangleMesh raw = zeroLevel(field);
   const RemesherOptions options = withTarget(spacing);
-  expectSamePositions(remeshed(raw, field, options, longOnOneSide(raw, 4)).mesh, remeshed(raw, field, options).mesh);
+  expectSame(remeshed(raw, field, options, longOnOneSide(raw, 4)).mesh, remeshed(raw, field, options).mesh);
   const EdgeSizing even(raw.vertices.size(), 1);
-  expectSamePositions(remeshed(raw, field, {}, even).mesh, remeshed(raw, field).mesh);
+  expectSame(remeshed(raw, field, {}, even).mesh, remeshed(raw, field).mesh);
 }
 
 TEST(Remesher, EdgesKeepTheirLengthWhereThereAreLargerVoxels)
@@ -422,7 +413,7 @@ TEST(Remesher, HasAsManyTrianglesAsAskedFor)
       SCOPED_TRACE(triangles);
       const TriangleMesh mesh = soundlyRemeshed(raw, field, withTriangles(triangles)).mesh;
       EXPECT_NEAR(static_cast<double>(mesh.triangles.size()), triangles, .02 * triangles);
-      expectSamePositions(remeshed(raw, field, withTriangles(triangles), {}, 3).mesh, mesh);
+      expectSame(remeshed(raw, field, withTriangles(triangles), {}, 3).mesh, mesh);
     }
   }
 }
@@ -469,7 +460,7 @@ TEST(Remesher, FewTrianglesAreWhereDistancesWeighMore)
   const double longer = median(edgesWhere(result.mesh, [](const Vector3f&p) { return p.x() < -.2f; })),
                shorter = median(edgesWhere(result.mesh, [](const Vector3f&p) { return p.x() > .2f; }));
   EXPECT_NEAR(longer / shorter, 2, .3) << "an error is as the square of the edge, their number its inverse";
-  expectSamePositions(weighted(1).mesh, remeshed(raw, field, withTriangles(1000)).mesh);
+  expectSame(weighted(1).mesh, remeshed(raw, field, withTriangles(1000)).mesh);
 }
 
 TEST(Remesher, FewTrianglesKeepTheBorder)
@@ -563,18 +554,17 @@ shapes::Sdf crowdedShape(const std::string& kind, double h, std::mt19937& random
 TEST(IntersectionWatch, LooksEverywhereWhereMuchIsCrowded)
 {
   using Place = IntersectionWatch::Place;
-  Execution execution(1);
   const DistanceField field = shapes::field(shapes::sphere(.7), halfSide, voxels);
   for (const float share : {0.f, .15f, .4f}) { // whose normals tell of folds
-    HalfEdgeMesh mesh(zeroLevel(field), execution);
+    HalfEdgeMesh mesh(zeroLevel(field), serial);
     for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
       const Vector3f& p = mesh.positions[v];
       mesh.normals[v] = (v % 2 == 0 && p.z() > .7f * (1 - 2 * share) ? -1 : 1) * p.normalized();
     }
     const auto edge = static_cast<float>(spacing);
-    EXPECT_EQ(IntersectionWatch(Place::expected, mesh, edge, execution).place(),
+    EXPECT_EQ(IntersectionWatch(Place::expected, mesh, edge, serial).place(),
               share > .3f ? Place::everywhere : Place::expected);
-    EXPECT_EQ(IntersectionWatch(Place::everywhere, mesh, edge, execution).place(), Place::everywhere);
+    EXPECT_EQ(IntersectionWatch(Place::everywhere, mesh, edge, serial).place(), Place::everywhere);
   }
 }
 
@@ -644,7 +634,7 @@ TEST(Remesher, SheetsThatTheFieldDoesNotKnowDoNotFallIntoOne)
   ASSERT_TRUE(selfIntersectingTriangles(raw).empty());
   const TriangleMesh mesh = soundlyRemeshed(raw, field).mesh;
   for (const int threads : {2, 4})
-    expectSamePositions(remeshed(raw, field, {}, {}, threads).mesh, mesh);
+    expectSame(remeshed(raw, field, {}, {}, threads).mesh, mesh);
 }
 
 TEST(Remesher, IntersectionsOfTheInputDoNotSpread)
@@ -700,7 +690,7 @@ TEST(Remesher, NoRoundsOrNoTrianglesChangeNothing)
   RemesherOptions options;
   options.rounds = 0;
   const RemeshResult result = remeshed(raw, field, options);
-  expectSamePositions(result.mesh, raw);
+  expectSame(result.mesh, raw);
   EXPECT_EQ(result.splits + result.collapses + result.flips + result.refusedOperations, 0);
   EXPECT_TRUE(remeshed({}, field).mesh.triangles.empty());
   EXPECT_TRUE(remeshed({}, field).mesh.vertices.empty());
@@ -720,7 +710,7 @@ TEST(Remesher, SameBytesForAnyNumberOfThreads)
     const RemeshResult reference = remeshed(raw, field, options);
     for (const int threads : {2, 4}) {
       const RemeshResult result = remeshed(raw, field, options, {}, threads);
-      expectSamePositions(result.mesh, reference.mesh);
+      expectSame(result.mesh, reference.mesh);
       EXPECT_EQ(result.refusedOperations, reference.refusedOperations);
     }
   }
@@ -764,7 +754,6 @@ TEST(Remesher, EachPassAsksOnTheWayWhetherToGoOn)
 {
   // Edges of a third of a voxel, so that one round has as many operations as ten of the raw mesh have.
   const DistanceField field = shapes::field(shapes::torus(.6, .25), halfSide, 2 * voxels);
-  Execution serial(1);
   const ZeroLevel level(field, static_cast<float>(spacing / 4));
   RemeshedSurface surface(zeroLevel(field), level, serial);
   HalfEdgeMesh& mesh = surface.mesh;

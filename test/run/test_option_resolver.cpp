@@ -3,6 +3,7 @@
 #include "levels/multiscale.h"
 #include "observation/observation.h"
 #include "run/option_resolver.h"
+#include "support/threads.h"
 
 #include <gtest/gtest.h>
 
@@ -35,10 +36,9 @@ Options givenOptions()
 
 ResolvedOptions resolve(const Options& requested, float spacing, float diagonal)
 {
-  Execution execution(1);
   Report report;
   OptionResolver resolver(requested, densityOf(spacing));
-  resolver.chooseByData({}, report, execution);
+  resolver.chooseByData({}, report, serial);
   resolver.limitTrimming(diagonal);
   return resolver.resolved();
 }
@@ -81,10 +81,9 @@ TEST(OptionResolver, takesLargerVoxelsWherePointsLieUnevenly)
   }
   for (const OrientedPoints* points : {&rings, &sheet}) {
     constexpr float spacing = .004f;
-    Execution execution(1);
     Report report;
     OptionResolver resolver(Options(), densityOf(spacing));
-    resolver.chooseByData(*points, report, execution);
+    resolver.chooseByData(*points, report, serial);
     EXPECT_LT(report.resolution.voxelSize, 3 * spacing) << "which tells nothing of what lies between rings";
     EXPECT_NEAR(resolver.soFar().multiscale.voxelSize, points == &rings ? 4 * spacing : report.resolution.voxelSize,
                 1e-6)
@@ -151,12 +150,11 @@ TEST(OptionResolver, estimatedNormalsGetNoMoreWeightBecauseOfNoise)
     points.normals.push_back(gradient.normalized());
     points.positions.push_back(p + .4f * spacing * normal(random) * points.normals.back());
   }
-  Execution execution(1);
   for (const bool areEstimated : {false, true}) {
     Report report;
     report.normalsEstimated = areEstimated;
     OptionResolver resolver(Options(), densityOf(spacing));
-    resolver.chooseByData(points, report, execution);
+    resolver.chooseByData(points, report, serial);
     resolver.limitTrimming(2);
     EXPECT_EQ(resolver.resolved().observation.gradientWeight, areEstimated ? .4f : 4.f);
   }

@@ -4,6 +4,7 @@
 //   test_random_clouds [CASES [FIRST_SEED]]
 // A case is named by its seed, which is printed before it runs, in case it ends the process.
 #include "mesh/self_intersection.h"
+#include "support/clouds.h"
 #include "support/conversion.h"
 #include "support/random.h"
 
@@ -90,13 +91,8 @@ void sphere(Cloud& cloud, Random& random)
 
 void evenSphere(Cloud& cloud, Random& random)
 {
-  const std::size_t points = count(random);
-  for (std::size_t n = 0; n < points; ++n) { // a spiral of equal areas
-    const double z = 1 - (2 * static_cast<double>(n) + 1) / static_cast<double>(points);
-    const double around = M_PI * (1 + std::sqrt(5.)) * static_cast<double>(n), r = std::sqrt(1 - z * z);
-    const Vector3d normal(r * std::cos(around), r * std::sin(around), z);
+  for (const Vector3d& normal : clouds::spherePoints(count(random)))
     add(cloud, normal, normal);
-  }
 }
 
 /// Changes every point of a cloud.

@@ -5,6 +5,7 @@
 #include "solver/grids.h"
 #include "solver/v_cycle.h"
 #include "support/linear_systems.h"
+#include "support/threads.h"
 
 #include <pcl/surface/mrf/exceptions.h>
 
@@ -37,7 +38,6 @@ Lattice latticeOf(const GridSize& size)
 VoxelSet randomVoxels(const GridSize& size, unsigned seed, double share)
 {
   std::mt19937 random(seed);
-  Execution execution(1);
   return VoxelSet(
       withMargin(size),
       [&](int z, MaskPlane& mask) {
@@ -48,21 +48,20 @@ VoxelSet randomVoxels(const GridSize& size, unsigned seed, double share)
             if (uniform(random, 1) < static_cast<float>(share))
               mask.set(x, y);
       },
-      0, execution);
+      0, serial);
 }
 
 /// The voxels together with those of all cells that hold samples.
 VoxelSet withObserved(const VoxelSet& voxels, const std::vector<PointSample>& samples)
 {
-  Execution execution(1);
-  const VoxelSet observed = observedVoxels(samples, voxels.size(), execution);
+  const VoxelSet observed = observedVoxels(samples, voxels.size(), serial);
   return VoxelSet(
       voxels.size(),
       [&](int z, MaskPlane& mask) {
         voxels.rasterize(z, mask);
         observed.rasterize(z, mask);
       },
-      0, execution);
+      0, serial);
 }
 
 /// L of the graph of a voxel set, from its definition.
@@ -103,8 +102,7 @@ struct PlainData {
 PlainData plainData(const VoxelSet& voxels, const GridSize& size, const std::vector<PointSample>& samples,
                     const PointWeights& weights, double unit)
 {
-  Execution execution(1);
-  const LinearSystem system = assembleAtPoints(size, Prior::membrane, samples, weights, unit, execution);
+  const LinearSystem system = assembleAtPoints(size, Prior::membrane, samples, weights, unit, serial);
   const Eigen::MatrixXd whole = Eigen::MatrixXd(system.matrix) - Eigen::MatrixXd(oracle::laplacian(size));
   PlainData data{Eigen::MatrixXd::Zero(voxels.count(), voxels.count()), Eigen::VectorXd::Zero(voxels.count())};
   const auto indexOf = [&](std::int64_t voxel) {
@@ -139,16 +137,15 @@ Eigen::MatrixXd matrixOf(GridOperator& system, int threads)
 
 TEST(GridOperator, isThePowerOfTheLaplacianOnThinWholeLevels)
 {
-  Execution execution(1);
   const std::vector<PointSample> none;
   for (const int k : allOrders)
     for (const GridSize size : {GridSize{6, 5, 1}, GridSize{6, 5, 2}, GridSize{1, 4, 3}, GridSize{5, 1, 1}}) {
       SCOPED_TRACE(testing::Message() << "k = " << k << ", " << size.x << " x " << size.y << " x " << size.z);
       SolverGrid grid;
       grid.isWhole = true;
-      grid.voxels = wholeOf(latticeOf(size), execution);
+      grid.voxels = wholeOf(latticeOf(size), serial);
       grid.data = makePointData(none, grid.voxels, {1, 1}, 1, true);
-      GridOperator system(grid, constantsOf(k), 0, execution);
+      GridOperator system(grid, constantsOf(k), 0, serial);
       EXPECT_EQ(matrixOf(system, 1), power(graphLaplacian(grid.voxels), k)) << "whole numbers, which are exact";
     }
 }
@@ -156,20 +153,19 @@ TEST(GridOperator, isThePowerOfTheLaplacianOnThinWholeLevels)
 TEST(GridOperator, isTheMatrixOfItsDefinition)
 {
   const GridSize size{11, 7, 6};
-  Execution execution(1);
   const PointWeights weights{3, .7};
   for (const int k : allOrders)
     for (const double share : {1., .8, .4})
       for (const int count : {30, 3000}) { // one by one, and many in a cell
         SCOPED_TRACE(testing::Message() << "k = " << k << ", share " << share << ", " << count << " samples");
-        const std::vector<PointSample> samples = sortedByCells(randomSamples(size, count, 8), execution);
+        const std::vector<PointSample> samples = sortedByCells(randomSamples(size, count, 8), serial);
         SolverGrid grid;
         grid.isWhole = share == 1;
         grid.voxels =
-            grid.isWhole ? wholeOf(latticeOf(size), execution) : withObserved(randomVoxels(size, 5, share), samples);
+            grid.isWhole ? wholeOf(latticeOf(size), serial) : withObserved(randomVoxels(size, 5, share), samples);
         grid.data = makePointData(samples, grid.voxels, weights, 1.5, grid.isWhole);
         const double tautness = .3;
-        GridOperator system(grid, constantsOf(k), tautness, execution);
+        GridOperator system(grid, constantsOf(k), tautness, serial);
 
         const PlainData data = plainData(grid.voxels, size, samples, weights, 1.5);
         const Eigen::MatrixXd laplacian = graphLaplacian(grid.voxels);
@@ -186,7 +182,7 @@ TEST(GridOperator, isTheMatrixOfItsDefinition)
         EXPECT_EQ(matrix, matrixOf(system, 3));
 
         PackedValues b;
-        system.rightHandSide(b, execution);
+        system.rightHandSide(b, serial);
         for (Eigen::Index i = 0; i < data.rightHandSide.size(); ++i)
           ASSERT_NEAR(b[static_cast<std::size_t>(i)], data.rightHandSide[i], 1e-5 * (1 + count));
         for (std::int64_t i = 0; i < grid.voxels.count(); ++i) // a ten-thousandth of the prior's does not count
@@ -199,14 +195,13 @@ TEST(GridOperator, isTheMatrixOfItsDefinition)
 TEST(GridOperator, smootherIsThePolynomialOfItsDefinition)
 {
   const GridSize size{9, 8, 7};
-  Execution execution(1);
-  const std::vector<PointSample> samples = sortedByCells(randomSamples(size, 40, 8), execution);
+  const std::vector<PointSample> samples = sortedByCells(randomSamples(size, 40, 8), serial);
   for (const int k : allOrders) {
     SolverGrid grid;
     grid.isWhole = true;
-    grid.voxels = wholeOf(latticeOf(size), execution);
+    grid.voxels = wholeOf(latticeOf(size), serial);
     grid.data = makePointData(samples, grid.voxels, {3, .7}, 1, true);
-    GridOperator system(grid, constantsOf(k), 0, execution);
+    GridOperator system(grid, constantsOf(k), 0, serial);
     const Eigen::MatrixXd a = matrixOf(system, 1);
     const auto count = static_cast<std::size_t>(grid.voxels.count());
     // D bounds the row sums.
@@ -219,7 +214,7 @@ TEST(GridOperator, smootherIsThePolynomialOfItsDefinition)
     sweep.source = Sweep::Source::zero;
     sweep.b = b.data();
     sweep.out = first.data();
-    system.smooth(sweep, 1, scratch, execution);
+    system.smooth(sweep, 1, scratch, serial);
     const auto vector = [](const PackedValues& values) -> Eigen::VectorXd {
       return Eigen::Map<const Eigen::VectorXf>(values.data(), static_cast<Eigen::Index>(values.size())).cast<double>();
     };
@@ -235,7 +230,7 @@ TEST(GridOperator, smootherIsThePolynomialOfItsDefinition)
     }
     sweep.out = x.data();
     sweep.product = residual.data();
-    system.smooth(sweep, degree, scratch, execution);
+    system.smooth(sweep, degree, scratch, serial);
     EXPECT_LT((vector(x) - expected).norm(), 1e-4 * expected.norm()) << "k = " << k;
     EXPECT_LT((vector(residual) - (vector(b) - a * expected)).norm(), 1e-4 * vector(b).norm()) << "k = " << k;
   }
@@ -243,11 +238,10 @@ TEST(GridOperator, smootherIsThePolynomialOfItsDefinition)
 
 TEST(GridOperator, transfersAreAdjointAndKeepConstants)
 {
-  Execution execution(1);
   const Lattice fine = latticeOf({13, 10, 9}), coarse{{7, 5, 5}, Eigen::Vector3d::Constant(.5), 2};
   for (const double share : {1., .5}) {
-    const VoxelSet fineVoxels = share == 1 ? wholeOf(fine, execution) : randomVoxels(fine.size, 1, share),
-                   coarseVoxels = share == 1 ? wholeOf(coarse, execution) : randomVoxels(coarse.size, 2, share);
+    const VoxelSet fineVoxels = share == 1 ? wholeOf(fine, serial) : randomVoxels(fine.size, 1, share),
+                   coarseVoxels = share == 1 ? wholeOf(coarse, serial) : randomVoxels(coarse.size, 2, share);
     const Refinement refinement(coarse, fine);
     std::mt19937 random(4);
     PackedValues f(static_cast<std::size_t>(fineVoxels.count())), c(static_cast<std::size_t>(coarseVoxels.count())),
@@ -276,15 +270,14 @@ TEST(GridOperator, transfersAreAdjointAndKeepConstants)
 
 TEST(VCycle, isSymmetricAndPositiveDefinite)
 {
-  Execution execution(1);
   for (const Prior prior : allPriors) {
     SphereLevel level({14, 14, 14}, prior);
-    VCycle cycle(level.grids, priorConstants(prior, true), {4, 4, 8}, 1, execution);
+    VCycle cycle(level.grids, priorConstants(prior, true), {4, 4, 8}, 1, serial);
     const auto count = static_cast<Eigen::Index>(level.grids.front().voxels.count());
     Eigen::MatrixXd m(count, count);
     for (Eigen::Index i = 0; i < count; ++i) {
       const Eigen::VectorXf unit = Eigen::VectorXf::Unit(count, i);
-      m.col(i) = Eigen::Map<const Eigen::VectorXf>(cycle.apply(unit.data(), execution).data(), count).cast<double>();
+      m.col(i) = Eigen::Map<const Eigen::VectorXf>(cycle.apply(unit.data(), serial).data(), count).cast<double>();
     }
     EXPECT_LT((m - m.transpose()).norm(), 1e-4 * m.norm()) << "k = " << order(prior);
     const Eigen::MatrixXd symmetric = .5 * (m + m.transpose());
@@ -372,7 +365,6 @@ TEST(GridSolver, convergesAtARateThatDoesNotDependOnTheGrid)
 
 TEST(GridSolver, tinyWeightsStayDefinite)
 {
-  Execution execution;
   for (const Prior prior : allPriors)
     for (const float beta : {1e-3f, 1e-6f, 1e-12f, 1e-30f}) {
       std::vector<Lattice> lattices = {latticeOf({20, 18, 16})};
@@ -382,10 +374,10 @@ TEST(GridSolver, tinyWeightsStayDefinite)
       observation.voxels.lattice = lattices.back();
       observation.voxels.voxels = {2000, 3000};
       observation.voxels.distances = observation.voxels.confidences = {1, 1};
-      const auto grids = wholeGrids(lattices, level, observation, prior, execution);
+      const auto grids = wholeGrids(lattices, level, observation, prior, serial);
       std::vector<float> d(static_cast<std::size_t>(lattices.back().size.count()), 0);
       // Rounding may keep it from the tolerance, but it must not fail or blow up.
-      ASSERT_NO_THROW(solveWholeGrids(grids, prior, solverOptions(SolverMethod::multigrid), 1, d, execution)) << beta;
+      ASSERT_NO_THROW(solveWholeGrids(grids, prior, solverOptions(SolverMethod::multigrid), 1, d, serial)) << beta;
       EXPECT_LE(*std::max_element(d.begin(), d.end()), 2) << "k = " << order(prior) << ", beta = " << beta;
       EXPECT_GE(*std::min_element(d.begin(), d.end()), -1) << "k = " << order(prior) << ", beta = " << beta;
     }
@@ -393,10 +385,9 @@ TEST(GridSolver, tinyWeightsStayDefinite)
 
 TEST(GridSolver, aGuessThatIsNotFiniteIsRefused)
 {
-  Execution execution;
   const SphereLevel level({16, 16, 16}, Prior::thinPlate);
   std::vector<float> d(static_cast<std::size_t>(level.size().count()), 0);
   d[100] = std::numeric_limits<float>::quiet_NaN();
-  EXPECT_THROW(solveWholeGrids(level.grids, Prior::thinPlate, solverOptions(SolverMethod::multigrid), 1, d, execution),
+  EXPECT_THROW(solveWholeGrids(level.grids, Prior::thinPlate, solverOptions(SolverMethod::multigrid), 1, d, serial),
                SolverFailure);
 }

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief Counts the progress calls of a run, and checks that the run stops when it is cancelled.
+/// Counts the progress calls of a run, and checks that the run stops when it is cancelled.
 #pragma once
 
 #include <pcl/surface/mrf/exceptions.h>

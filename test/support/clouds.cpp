@@ -12,13 +12,6 @@ namespace clouds {
 
 using pcl::mrf::PointSet;
 
-std::unique_ptr<pcl::mrf::NeighborSearch> searchOf(const PointSet& points)
-{
-  auto search = pcl::mrf::makePointBins();
-  search->setPoints(points.positions);
-  return search;
-}
-
 PointSet scaled(PointSet points, float factor)
 {
   for (Eigen::Vector3f& position : points.positions)
@@ -59,6 +52,19 @@ PointSet randomSquare(std::size_t count, float half, unsigned seed)
   for (std::size_t i = 0; i < count; ++i) {
     const float x = coordinate(random), y = coordinate(random);
     append(points, {x, y, 0}, Eigen::Vector3f::UnitZ());
+  }
+  return points;
+}
+
+std::vector<Eigen::Vector3d> spherePoints(std::size_t count, double top)
+{
+  const double goldenAngle = M_PI * (3 - std::sqrt(5.));
+  std::vector<Eigen::Vector3d> points;
+  for (std::size_t i = 0; i < count; ++i) {
+    const auto number = static_cast<double>(i);
+    const double z = 1 - (2 * number + 1) / static_cast<double>(count), radius = std::sqrt(1 - z * z);
+    if (z <= top)
+      points.emplace_back(radius * std::cos(goldenAngle * number), radius * std::sin(goldenAngle * number), z);
   }
   return points;
 }

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief Makes and changes point sets, for tests of invariance among others.
+/// Makes and changes point sets, for tests of invariance among others.
 #pragma once
 
 #include <pcl/surface/mrf/neighbor_search.h>
@@ -14,8 +13,14 @@
 
 namespace clouds {
 
-/// The default search over the points.
-std::unique_ptr<pcl::mrf::NeighborSearch> searchOf(const pcl::mrf::PointSet& points);
+/// The default search over the points of a set.
+template <typename Points>
+std::unique_ptr<pcl::mrf::NeighborSearch> searchOf(const Points& points)
+{
+  auto search = pcl::mrf::makePointBins();
+  search->setPoints(points.positions);
+  return search;
+}
 
 /// Positions and sensors multiplied by a factor.
 pcl::mrf::PointSet scaled(pcl::mrf::PointSet points, float factor);
@@ -28,6 +33,9 @@ std::vector<std::uint32_t> shuffledOrder(std::size_t count, unsigned seed = 1);
 
 /// Points drawn at random, uniformly, from the square [-half, half]² in z = 0, with normals +z.
 pcl::mrf::PointSet randomSquare(std::size_t count, float half, unsigned seed = 1);
+
+/// Points of the unit sphere, evenly spread, without those whose z exceeds `top`: above it lies a hole.
+std::vector<Eigen::Vector3d> spherePoints(std::size_t count, double top = 2);
 
 /// side × side points of a square lattice in z = 0 with the given spacing, with normals +z.
 pcl::mrf::PointSet lattice(int side, float spacing);

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief Converts between the plain arrays of the test shapes and PCL's clouds and meshes.
+/// Converts between the plain arrays of the test shapes and PCL's clouds and meshes.
 #pragma once
 
 #include <pcl/surface/mrf/point_set.h>

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief Points of a depth camera, with noise that neighboring pixels share.
+/// Points of a depth camera, with noise that neighboring pixels share.
 #pragma once
 
 #include <pcl/surface/mrf/point_set.h>

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief Linear systems with known solutions, and comparisons of fields, for the tests of the solvers.
+/// Linear systems with known solutions, and comparisons of fields, for the tests of the solvers.
 #pragma once
 
 #include "observation/observation.h"
@@ -9,7 +8,6 @@
 
 #include <Eigen/SparseCore>
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <random>

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief Makes meshes, and compares their statistics.
+/// Makes meshes, and compares their statistics.
 #pragma once
 
 #include "mesh/polygonizer.h"
@@ -115,6 +114,13 @@ inline void expectSound(const pcl::mrf::MeshStatistics& mesh)
   EXPECT_EQ(mesh.nonManifoldVertices, 0);
   EXPECT_EQ(mesh.degenerateTriangles, 0);
   EXPECT_EQ(mesh.unusedVertices, 0);
+}
+
+/// Expects the same vertices and triangles, to the last bit.
+inline void expectSame(const pcl::mrf::TriangleMesh& a, const pcl::mrf::TriangleMesh& b)
+{
+  EXPECT_EQ(a.vertices, b.vertices);
+  EXPECT_EQ(a.triangles, b.triangles);
 }
 
 /// Expects all figures to be identical, to the last bit.

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief Random numbers for programs that draw their cases.
+/// Random numbers for programs that draw their cases.
 #pragma once
 
 #include <Eigen/Core>

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief The real scans beside the project, if they are there, and simulated ones.
+/// The real scans beside the project, if they are there, and simulated ones.
 #pragma once
 
 #include <pcl/surface/mrf/point_set.h>

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief Sampled clouds and fields of analytic shapes, for the tests.
+/// Sampled clouds and fields of analytic shapes, for the tests.
 #pragma once
 
 #include <pcl/surface/mrf/distance_field.h>

@@ -6,7 +6,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <cmath>
 #include <cstdlib>
 #include <fstream>
 #include <regex>
@@ -67,18 +66,6 @@ bool hasProgram(const std::string& name)
     if (access((folder + "/" + name).c_str(), X_OK) == 0)
       return true;
   return false;
-}
-
-std::vector<Eigen::Vector3d> spherePoints(int count, double top)
-{
-  const double goldenAngle = 3.14159265358979 * (3 - std::sqrt(5.));
-  std::vector<Eigen::Vector3d> points;
-  for (int i = 0; i < count; ++i) {
-    const double z = 1 - (2 * i + 1.) / count, radius = std::sqrt(1 - z * z);
-    if (z <= top)
-      points.emplace_back(radius * std::cos(goldenAngle * i), radius * std::sin(goldenAngle * i), z);
-  }
-  return points;
 }
 
 std::string sphereRows(int count, double top, const Eigen::Vector3d& center)

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief Runs a command-line tool as a user does, in a folder of its own.
+/// Runs a command-line tool as a user does, in a folder of its own.
 #pragma once
 
-#include <Eigen/Core>
+#include "clouds.h"
+
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
@@ -30,8 +30,7 @@ bool hasProgram(const std::string& name);
 std::string readText(const std::filesystem::path& path);
 void writeText(const std::filesystem::path& path, const std::string& text);
 
-/// Points of the unit sphere, evenly spread, without those whose z exceeds `top`: above it lies a hole.
-std::vector<Eigen::Vector3d> spherePoints(int count, double top = 2);
+using clouds::spherePoints;
 
 /// Rows "x y z nx ny nz" of points of the unit sphere about the center.
 std::string sphereRows(int count, double top = 2, const Eigen::Vector3d& center = Eigen::Vector3d::Zero());

@@ -19,9 +19,7 @@
 #include <deque>
 #include <filesystem>
 #include <fstream>
-#include <memory>
 #include <mutex>
-#include <optional>
 #include <string>
 #include <thread>
 #include <vector>
@@ -56,10 +54,7 @@ void reconstruct(const PointSet& points, float spacing, const EdgeSizing& sizes,
     result.distances.push_back(levels.field.sampleDistance(1.01f * vertex));
   EdgeSizing sizing;
   if (!sizes.empty()) { // of an open mesh
-    std::vector<std::uint8_t> keep;
-    for (const Triangle& t : raw.triangles)
-      keep.push_back(raw.vertices[t[0]].x() < .25f ? 1 : 0);
-    raw = select(raw, keep);
+    raw = selectWhere(raw, [](const Eigen::Vector3f& p) { return p.x() < .25f; });
     splitFans(raw);
     for (const Eigen::Vector3f& vertex : raw.vertices)
       sizing.push_back(vertex.z() > 0 ? 1 + sizes.front() * vertex.z() : 1);
@@ -97,8 +92,7 @@ void expectSame(const Outcome& here, const Outcome& there)
   EXPECT_EQ(here.tiles, there.tiles);
   EXPECT_EQ(here.iterations, there.iterations);
   EXPECT_EQ(here.distances, there.distances);
-  EXPECT_EQ(here.mesh.vertices, there.mesh.vertices);
-  EXPECT_EQ(here.mesh.triangles, there.mesh.triangles);
+  meshes::expectSame(here.mesh, there.mesh);
 }
 
 const Outcome& atOnce()

@@ -2,6 +2,8 @@
 #include "trimming/lines_of_sight.h"
 
 #include "support/clouds.h"
+#include "support/shapes.h"
+#include "support/threads.h"
 #include "trimming/viewpoints.h"
 
 #include <gtest/gtest.h>
@@ -16,9 +18,7 @@ namespace {
 OrientedPoints seenWall()
 {
   const PointSet wall = clouds::lattice(40, .05f);
-  OrientedPoints points;
-  points.positions = wall.positions;
-  points.normals = wall.normals;
+  OrientedPoints points = shapes::oriented(wall);
   points.spacings.assign(wall.size(), .05f);
   points.sensors = {boundingBox(wall.positions).lower + Eigen::Vector3f(1, 1, 2)};
   return points;
@@ -26,9 +26,8 @@ OrientedPoints seenWall()
 
 bool isSeenThrough(const OrientedPoints& points, float height)
 {
-  Execution execution(1);
   const Eigen::Vector3f below(points.sensors.front().x(), points.sensors.front().y(), height);
-  return seenThrough({{below, .25f}}, points, execution).front() != 0;
+  return seenThrough({{below, .25f}}, points, serial).front() != 0;
 }
 
 } // namespace
@@ -57,17 +56,14 @@ TEST(LinesOfSight, WithoutSensorsTellNothing)
   OrientedPoints points = seenWall();
   const Eigen::Vector3f place = points.positions.front();
   points.sensors.clear();
-  Execution execution(1);
-  EXPECT_EQ(seenThrough({{place, .25f}}, points, execution).front(), 0);
+  EXPECT_EQ(seenThrough({{place, .25f}}, points, serial).front(), 0);
 }
 
 TEST(Viewpoints, OfAScannerOnTheMoveTakeNoTime)
 {
   constexpr int sensors = 300000;
   const PointSet wall = clouds::lattice(100, .05f);
-  OrientedPoints points;
-  points.positions = wall.positions;
-  points.normals = wall.normals;
+  OrientedPoints points = shapes::oriented(wall);
   const Eigen::Vector3f middle = (boundingBox(wall.positions).lower + boundingBox(wall.positions).upper) / 2;
   for (int n = 0; n < sensors; ++n) // from side to side, 2 above it
     points.sensors.emplace_back(middle + Eigen::Vector3f(6 * static_cast<float>(n) / sensors - 3, 0, 2));

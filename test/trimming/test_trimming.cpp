@@ -5,6 +5,7 @@
 #include "support/clouds.h"
 #include "support/meshes.h"
 #include "support/shapes.h"
+#include "support/threads.h"
 #include "trimming/error_limit.h"
 #include "trimming/trimming.h"
 
@@ -18,7 +19,7 @@
 #include <random>
 #include <set>
 #include <stdexcept>
-#include <utility>
+#include <tuple>
 
 using namespace pcl::mrf;
 using Eigen::Vector3d;
@@ -26,7 +27,6 @@ using Eigen::Vector3f;
 
 namespace {
 
-constexpr double pi = 3.14159265358979323846;
 constexpr double spacing = .06;
 constexpr double reach = 3 * spacing; // confidence ends here, as with the default dEmax
 
@@ -34,19 +34,16 @@ constexpr double reach = 3 * spacing; // confidence ends here, as with the defau
 struct Scene {
   TriangleMesh mesh;
   OrientedPoints observed;
-  std::unique_ptr<NeighborSearch> search = makeKdTree();
+  std::unique_ptr<NeighborSearch> search;
 
   Scene(const shapes::Sdf& sdf, const PointSet& points, int voxels = 34)
+      : observed(shapes::oriented(points)), search(clouds::searchOf(points))
   {
-    search->setPoints(points.positions);
     const DistanceField field = shapes::field(sdf, 1.2, voxels);
-    Execution execution(1);
     mesh = meshes::zeroLevel(field);
-    setNormals(mesh, field, execution);
-    observed.positions = points.positions;
-    observed.normals = points.normals;
-    observed.spacings = localSpacings(points, measureNeighbors(points, *search, execution), execution);
-    setConfidences(mesh, {observed, *search, static_cast<float>(reach), 0}, ConfidenceShape::linear, execution);
+    setNormals(mesh, field, serial);
+    observed.spacings = localSpacings(points, measureNeighbors(points, *search, serial), serial);
+    setConfidences(mesh, {observed, *search, static_cast<float>(reach), 0}, ConfidenceShape::linear, serial);
   }
 
   TrimResult trim(Trimming trimming, float maxHole, int threads = 1) const
@@ -57,10 +54,10 @@ struct Scene {
     return trim(options, threads);
   }
 
-  TrimResult trim(const TrimmingOptions& options, int threads = 1) const
+  TrimResult trim(const TrimmingOptions& options, int threads = 1, float diagonal = 2) const
   {
     Execution execution(threads);
-    const TrimResult result = pcl::mrf::trim(mesh, observed, *search, 2, options, execution);
+    const TrimResult result = pcl::mrf::trim(mesh, observed, *search, diagonal, options, execution);
     if (result.statistics)
       meshes::expectSame(*result.statistics, measure(result.mesh));
     return result;
@@ -85,13 +82,13 @@ double capDiameter(double angle)
 /// those across the end of the support, and by voxels near it that still have some.
 double unsupportedCapArea(double angle)
 {
-  return 2 * pi * (1 - std::cos(angle - 2 * std::asin(reach / 2)));
+  return 2 * M_PI * (1 - std::cos(angle - 2 * std::asin(reach / 2)));
 }
 
 /// The tolerance of that area: a band of one voxel diagonal along the rim, and gaps between the points there.
 double capAreaTolerance(double angle)
 {
-  return 2 * pi * std::sin(angle) * (2.4 / 34 * std::sqrt(3.) + spacing);
+  return 2 * M_PI * std::sin(angle) * (2.4 / 34 * std::sqrt(3.) + spacing);
 }
 
 void expectSound(const TriangleMesh& mesh)
@@ -171,8 +168,7 @@ TEST(Trimming, noneKeepsEveryByte)
 {
   const Scene scene(shapes::sphere(1), cappedSphere(.45, .75));
   const TrimResult result = scene.trim(Trimming::none, .01f);
-  EXPECT_EQ(result.mesh.vertices, scene.mesh.vertices);
-  EXPECT_EQ(result.mesh.triangles, scene.mesh.triangles);
+  meshes::expectSame(result.mesh, scene.mesh);
   EXPECT_EQ(result.mesh.normals, scene.mesh.normals);
   EXPECT_EQ(result.mesh.confidences, scene.mesh.confidences);
   EXPECT_EQ(result.areaDropped, 0);
@@ -193,9 +189,9 @@ TEST(Trimming, dropsTheSheetAroundAPatchButFillsItsHole)
   EXPECT_GE(result.holesFilled, 1);
   EXPECT_EQ(result.extrapolationsDropped, 1);
   EXPECT_NEAR(result.largestHole, 2 * holeRadius, 2 * spacing);
-  EXPECT_NEAR(result.areaFilled, pi * std::pow(holeRadius - reach, 2),
-              2 * pi * holeRadius * (2.4 / 34 * std::sqrt(3.) + spacing));
-  EXPECT_LT(result.areaFilled, pi * holeRadius * holeRadius);
+  EXPECT_NEAR(result.areaFilled, M_PI * std::pow(holeRadius - reach, 2),
+              2 * M_PI * holeRadius * (2.4 / 34 * std::sqrt(3.) + spacing));
+  EXPECT_LT(result.areaFilled, M_PI * holeRadius * holeRadius);
   expectSound(result.mesh);
   const MeshStatistics s = measure(result.mesh);
   EXPECT_EQ(s.boundaryLoops, 1);
@@ -270,9 +266,7 @@ TEST(Trimming, aStepInDepthIsNoHole)
     const Scene scene(ramp, points);
     TrimmingOptions options;
     options.maxGap = maxGap;
-    Execution execution(1);
-    const float diagonal = 12; // gaps of up to 2.88
-    return covers(trim(scene.mesh, scene.observed, *scene.search, diagonal, options, execution).mesh, {0, 0, 0});
+    return covers(scene.trim(options, 1, 12).mesh, {0, 0, 0}); // gaps of up to 2.88
   };
   EXPECT_TRUE(isFilled(0, 0));
   EXPECT_FALSE(isFilled(2, 0));
@@ -292,8 +286,7 @@ struct SensedScene : Scene {
     observed.sensors = sensors;
     TrimmingOptions options;
     options.maxGap = maxGap;
-    Execution execution(1);
-    return covers(pcl::mrf::trim(mesh, observed, *search, 6, options, execution).mesh, {0, 0, 0});
+    return covers(trim(options, 1, 6).mesh, {0, 0, 0});
   }
 };
 
@@ -337,8 +330,7 @@ TEST(Trimming, partsOfAFillingAreJudgedEachByItself)
       });
   Scene scene(bulging, points);
   scene.observed.spacings.assign(points.size(), .045f); // by those the neck is narrow, and the balloon far away
-  Execution execution(1);
-  const TriangleMesh mesh = pcl::mrf::trim(scene.mesh, scene.observed, *scene.search, 8, {}, execution).mesh;
+  const TriangleMesh mesh = scene.trim(TrimmingOptions(), 1, 8).mesh;
   EXPECT_TRUE(covers(mesh, left));
   EXPECT_TRUE(covers(mesh, {0, 0, 0}));
   EXPECT_FALSE(covers(mesh, {.6f, 0, .65f}));
@@ -408,7 +400,8 @@ TEST(Trimming, dropsComponentsWithoutOrWithLittleSupport)
   EXPECT_EQ(withoutPoints.extrapolationsDropped, 1);
   EXPECT_EQ(measure(withoutPoints.mesh).components, 1);
   EXPECT_TRUE(measure(withoutPoints.mesh).closed());
-  EXPECT_NEAR(withoutPoints.areaDropped, 4 * pi * .04, .05 * 4 * pi * .04); // faceting of a sphere 3 voxels in radius
+  EXPECT_NEAR(withoutPoints.areaDropped, 4 * M_PI * .04,
+              .05 * 4 * M_PI * .04); // faceting of a sphere 3 voxels in radius
 
   const Scene supported(both, all);
   const TrimResult kept = supported.trim(Trimming::holes, 100);
@@ -431,7 +424,7 @@ TEST(Trimming, dropsComponentsWithoutOrWithLittleSupport)
     EXPECT_EQ(dropped.componentsDropped, 1);
     EXPECT_FALSE(dropped.statistics.has_value());
     EXPECT_EQ(measure(dropped.mesh).components, 1);
-    EXPECT_NEAR(dropped.areaDropped, 4 * pi * .04, .05 * 4 * pi * .04);
+    EXPECT_NEAR(dropped.areaDropped, 4 * M_PI * .04, .05 * 4 * M_PI * .04);
   }
 }
 
@@ -589,8 +582,7 @@ TEST(Trimming, dropsTrianglesThatAreNone)
     for (const Triangle& bad : {Triangle{0, 1, 1}, Triangle{0, 1, count}, Triangle{-1, 0, 1}})
       broken.mesh.triangles.push_back(bad);
     const TrimResult result = broken.trim(mode, 1.3f);
-    EXPECT_EQ(result.mesh.triangles, expected.mesh.triangles);
-    EXPECT_EQ(result.mesh.vertices, expected.mesh.vertices);
+    meshes::expectSame(result.mesh, expected.mesh);
     EXPECT_EQ(result.extrapolationsDropped, expected.extrapolationsDropped);
     EXPECT_EQ(result.holesFilled, expected.holesFilled);
   }
@@ -599,15 +591,10 @@ TEST(Trimming, dropsTrianglesThatAreNone)
 TEST(Trimming, doesNotDependOnThreads)
 {
   const Scene scene(shapes::sphere(1), cappedSphere(.45, .75));
-  const TrimResult one = scene.trim(Trimming::holes, 1.3f, 1);
-  for (const int threads : {2, 4}) {
-    const TrimResult other = scene.trim(Trimming::holes, 1.3f, threads);
-    EXPECT_EQ(one.mesh.vertices, other.mesh.vertices);
-    EXPECT_EQ(one.mesh.triangles, other.mesh.triangles);
-    EXPECT_EQ(one.mesh.confidences, other.mesh.confidences);
-    EXPECT_EQ(one.areaDropped, other.areaDropped);
-    EXPECT_EQ(one.largestHole, other.largestHole);
-  }
+  sameOnAnyThreads([&](int threads) {
+    const TrimResult r = scene.trim(Trimming::holes, 1.3f, threads);
+    return std::make_tuple(r.mesh.vertices, r.mesh.triangles, r.mesh.confidences, r.areaDropped, r.largestHole);
+  });
 }
 
 /// The support at the border vertices of a mesh: at the ends of edges with one triangle, each vertex twice.
@@ -628,8 +615,7 @@ TEST(TightenBorders, endsTheSurfaceWhereSupportEnds)
   const Support support(scene.observed, *scene.search, static_cast<float>(reach), 0);
   const TriangleMesh cut = scene.trim(Trimming::supported, 100).mesh;
   TriangleMesh mesh = cut;
-  Execution execution(1);
-  EXPECT_GT(tightenBorders(mesh, support, execution), 0);
+  EXPECT_GT(tightenBorders(mesh, support, serial), 0);
   EXPECT_EQ(mesh.triangles, cut.triangles);
   expectSound(mesh);
   const auto farthest = [&](const TriangleMesh& of) {
@@ -655,10 +641,9 @@ TEST(TightenBorders, endsTheSurfaceWhereSupportEnds)
 TEST(TightenBorders, leavesBordersOfFillingsAndClosedMeshes)
 {
   const Scene scene(shapes::sphere(1), cappedSphere(.6, 0));
-  Execution execution(1);
   const Support support(scene.observed, *scene.search, static_cast<float>(reach), 0);
   TriangleMesh closed = scene.mesh;
-  EXPECT_EQ(tightenBorders(closed, support, execution), 0);
+  EXPECT_EQ(tightenBorders(closed, support, serial), 0);
   EXPECT_EQ(closed.vertices, scene.mesh.vertices);
   // Half of the filling is cut away by hand, far from the points.
   TriangleMesh holed = scene.mesh;
@@ -669,7 +654,7 @@ TEST(TightenBorders, leavesBordersOfFillingsAndClosedMeshes)
   holed.triangles.erase(std::remove_if(holed.triangles.begin(), holed.triangles.end(), isTop), holed.triangles.end());
   ASSERT_LT(holed.triangles.size(), scene.mesh.triangles.size());
   const std::vector<Vector3f> before = holed.vertices;
-  EXPECT_EQ(tightenBorders(holed, support, execution), 0);
+  EXPECT_EQ(tightenBorders(holed, support, serial), 0);
   EXPECT_EQ(holed.vertices, before);
 }
 
@@ -683,12 +668,10 @@ TEST(TightenBorders, makesNoTrianglesIntersect)
   OrientedPoints observed;
   observed.positions = {mesh.vertices[1]};
   observed.normals = {Vector3f::UnitZ()};
-  const auto search = makeKdTree();
-  search->setPoints(observed.positions);
+  const auto search = clouds::searchOf(observed);
   const Support support(observed, *search, .6f, 0);
-  Execution execution(1);
   TriangleMesh alone = mesh;
-  ASSERT_GT(tightenBorders(alone, support, execution), 0);
+  ASSERT_GT(tightenBorders(alone, support, serial), 0);
   ASSERT_NE(alone.vertices[0], mesh.vertices[0]);
 
   const auto middleOf = [](const TriangleMesh& of, std::size_t t) -> Vector3f {
@@ -701,7 +684,7 @@ TEST(TightenBorders, makesNoTrianglesIntersect)
     mesh.vertices.push_back(between + corner);
   mesh.triangles.push_back({first, first + 1, first + 2});
   ASSERT_TRUE(selfIntersectingTriangles(mesh).empty());
-  tightenBorders(mesh, support, execution);
+  tightenBorders(mesh, support, serial);
   EXPECT_TRUE(selfIntersectingTriangles(mesh).empty());
 }
 

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "trimming/watertight.h"
 
-#include "mesh/polygonizer.h"
 #include "mesh/winding_number.h"
+#include "support/meshes.h"
 #include "support/shapes.h"
+#include "support/threads.h"
 
 #include <gtest/gtest.h>
 
@@ -15,24 +16,15 @@ using Eigen::Vector3f;
 
 namespace {
 
-constexpr double pi = 3.14159265358979323846;
 constexpr int voxels = 60;
 constexpr double halfSide = 1.5, voxelSize = 2 * halfSide / (voxels - 1);
 
-Execution& execution()
-{
-  static Execution two(2);
-  return two;
-}
+Execution execution(2);
 
 /// The part of the zero level of a field that is below a height.
 TriangleMesh below(float height, const DistanceField& field)
 {
-  const TriangleMesh mesh = polygonize(field, execution());
-  std::vector<std::uint8_t> keep;
-  for (const Triangle& t : mesh.triangles)
-    keep.push_back(mesh.vertices[t[0]].z() < height);
-  return select(mesh, keep);
+  return meshes::selectWhere(polygonize(field, execution), [=](const Vector3f& p) { return p.z() < height; });
 }
 
 struct Closed {
@@ -44,7 +36,7 @@ struct Closed {
 Closed close(const TriangleMesh& mesh, const DistanceField& field)
 {
   Closed result;
-  result.mesh = polygonize(closeOpenings(mesh, field, execution()), execution());
+  result.mesh = polygonize(closeOpenings(mesh, field, execution), execution);
   result.statistics = measure(result.mesh);
   EXPECT_TRUE(result.statistics.closed());
   EXPECT_TRUE(result.statistics.manifold());
@@ -56,15 +48,15 @@ Closed close(const TriangleMesh& mesh, const DistanceField& field)
 /// Volume of the part of the unit ball below a height.
 double volumeBelow(double height)
 {
-  return pi * (1 + height) * (1 + height) * (2 - height) / 3;
+  return M_PI * (1 + height) * (1 + height) * (2 - height) / 3;
 }
 
 } // namespace
 
 TEST(WindingNumber, CountsHowOftenASurfaceWindsAround)
 {
-  const TriangleMesh sphere = polygonize(shapes::field(shapes::sphere(1), halfSide, voxels), execution());
-  const WindingNumber winding(sphere, execution());
+  const TriangleMesh sphere = polygonize(shapes::field(shapes::sphere(1), halfSide, voxels), execution);
+  const WindingNumber winding(sphere, execution);
   for (const Vector3f& inside : {Vector3f(0, 0, 0), Vector3f(.5f, -.6f, .4f), Vector3f(0, 0, .99f)})
     EXPECT_NEAR(winding.at(inside), 1, .02);
   for (const Vector3f& outside : {Vector3f(0, 0, 1.01f), Vector3f(5, 1, -2), Vector3f(1.2f, 0, 0)})
@@ -74,7 +66,7 @@ TEST(WindingNumber, CountsHowOftenASurfaceWindsAround)
 TEST(WindingNumber, IsAHalfInThePlaneOfAnOpening)
 {
   const TriangleMesh bowl = below(.3f, shapes::field(shapes::sphere(1), halfSide, voxels));
-  const WindingNumber winding(bowl, execution());
+  const WindingNumber winding(bowl, execution);
   for (const float x : {0.f, .4f, -.7f})
     EXPECT_NEAR(winding.at({x, 0, .3f + static_cast<float>(voxelSize) / 2}), .5,
                 .06); // where the triangles end is known to a voxel
@@ -89,7 +81,7 @@ TEST(Watertight, APlaneOpeningIsClosedByItsPlane)
     EXPECT_EQ(closed.statistics.components, 1);
     EXPECT_EQ(closed.statistics.eulerCharacteristic, 2);
     EXPECT_NEAR(closed.top, height, 1.5 * voxelSize);
-    EXPECT_NEAR(closed.statistics.volume, volumeBelow(height), pi * (1 - height * height) * voxelSize);
+    EXPECT_NEAR(closed.statistics.volume, volumeBelow(height), M_PI * (1 - height * height) * voxelSize);
   }
 }
 
@@ -121,14 +113,14 @@ TEST(Watertight, OfAHollowTheHollowIsOutside)
   const DistanceField hollow(ball.lattice(), distances, {});
   const Closed closed = close(below(.7f, hollow), hollow);
   EXPECT_EQ(closed.statistics.components, 1);
-  EXPECT_NEAR(closed.statistics.volume, -volumeBelow(.7), pi * (1 - .7 * .7) * voxelSize);
+  EXPECT_NEAR(closed.statistics.volume, -volumeBelow(.7), M_PI * (1 - .7 * .7) * voxelSize);
 }
 
 TEST(Watertight, ASheetGetsABack)
 {
   const shapes::Sdf floor = [](const Eigen::Vector3d& x) { return x.z() - .1 * std::sin(5 * x.x()); };
   const DistanceField field = shapes::field(floor, halfSide, voxels);
-  const TriangleMesh sheet = polygonize(field, execution()); // which ends at the lattice
+  const TriangleMesh sheet = polygonize(field, execution); // which ends at the lattice
   const Closed closed = close(sheet, field);
   EXPECT_EQ(closed.statistics.components, 1);
   EXPECT_GT(closed.statistics.volume, 0);
@@ -148,18 +140,16 @@ TEST(Watertight, PiecesAreClosedEachByItself)
   const DistanceField both = DistanceField::ofPieces({ball, DistanceField(elsewhere, distances, {})});
   const Closed closed = close(below(0, both), both);
   EXPECT_EQ(closed.statistics.components, 2);
-  EXPECT_NEAR(closed.statistics.volume, 2 * volumeBelow(0), 2 * pi * voxelSize);
+  EXPECT_NEAR(closed.statistics.volume, 2 * volumeBelow(0), 2 * M_PI * voxelSize);
 }
 
 TEST(Watertight, DoesNotDependOnThreads)
 {
   const DistanceField ball = shapes::field(shapes::sphere(1), halfSide, voxels);
   const TriangleMesh bowl = below(.3f, ball);
-  const auto closedBy = [&](int threads) {
+  sameOnAnyThreads([&](int threads) {
     Execution some(threads);
-    return polygonize(closeOpenings(bowl, ball, some), some);
-  };
-  const TriangleMesh one = closedBy(1), three = closedBy(3);
-  EXPECT_EQ(one.vertices, three.vertices);
-  EXPECT_EQ(one.triangles, three.triangles);
+    const TriangleMesh mesh = polygonize(closeOpenings(bowl, ball, some), some);
+    return std::make_pair(mesh.vertices, mesh.triangles);
+  });
 }
