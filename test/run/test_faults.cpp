@@ -12,7 +12,6 @@
 #include <atomic>
 #include <cstdlib>
 #include <fstream>
-#include <functional>
 #include <limits>
 #include <new>
 #include <stdexcept>
@@ -129,13 +128,6 @@ std::int64_t countAllocations(std::int64_t first, bool allOfThem, const Call& ca
   call();
   counting = false;
   return allocations;
-}
-
-void expectCleared(const pcl::PolygonMesh& mesh)
-{
-  EXPECT_TRUE(mesh.polygons.empty());
-  EXPECT_TRUE(mesh.cloud.data.empty());
-  EXPECT_EQ(mesh.cloud.width, 0u);
 }
 
 /// Makes allocations of a run fail, one at a time: all of them, or as many as a test has time for.

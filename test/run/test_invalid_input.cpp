@@ -16,8 +16,7 @@ namespace {
 template <typename PointT>
 std::string expectInvalidCloud(const typename pcl::PointCloud<PointT>::Ptr& cloud)
 {
-  pcl::MRFReconstruction<PointT> mrf;
-  mrf.setInputCloud(cloud);
+  On<PointT> mrf(cloud);
   return expectFailure(mrf, Status::invalidInput);
 }
 
@@ -65,8 +64,7 @@ TEST(BadInput, WhatIsNoSurfaceIsNamed)
       if (u + v < 1) // a triangle, whose box has its middle elsewhere
         cloud->push_back(pcl::PointXYZ(11 + x * u, 48 + y * v, z * uniform(random) + x * u));
     }
-    pcl::MRFReconstruction<pcl::PointXYZ> mrf;
-    mrf.setInputCloud(cloud);
+    On<pcl::PointXYZ> mrf(cloud);
     mrf.setQuality(pcl::mrf::Quality::draft);
     pcl::PolygonMesh mesh;
     mrf.reconstruct(mesh);
@@ -80,8 +78,7 @@ TEST(BadInput, WhatIsNoSurfaceIsNamed)
 TEST(BadInput, UnusablePointsAreCountedAndDropped)
 {
   Cloud::Ptr cloud = sphereCloud();
-  Mrf mrf;
-  mrf.setInputCloud(cloud);
+  On<pcl::PointNormal> mrf(cloud);
   const pcl::mrf::TriangleMesh clean = run(mrf);
 
   Cloud::Ptr dirty(new Cloud(*cloud));
@@ -159,8 +156,7 @@ TEST(BadInput, NormalsThatAreMissingOrOnTheWrongSide)
       point.x += given.x;
       point.getNormalVector3fMap() = given.normal(n, point.getVector3fMap(), point.getNormalVector3fMap());
     }
-    Mrf mrf;
-    mrf.setInputCloud(cloud);
+    On<pcl::PointNormal> mrf(cloud);
     run(mrf);
     const pcl::mrf::Report& report = mrf.getReport();
     EXPECT_EQ(report.normalsFilled, given.filled);
@@ -207,8 +203,7 @@ TEST(BadInput, NormalsThatAreRightStay)
   const double ball = 4. / 3 * M_PI;
   for (const auto& [cloud, volume] : {std::pair(touching, 2 * ball), {room, -.875 * ball}, {plate, 0.}}) {
     SCOPED_TRACE(volume); // 0: it encloses none
-    Mrf mrf;
-    mrf.setInputCloud(cloud);
+    On<pcl::PointNormal> mrf(cloud);
     run(mrf);
     EXPECT_FALSE(mrf.getReport().signsOpposed);
     EXPECT_EQ(mrf.getReport().vote, pcl::mrf::OrientationVote::none);
@@ -225,8 +220,7 @@ TEST(BadInput, NormalsThatAreAllZeroAreEstimated)
     const Cloud::Ptr cloud = sphereCloud();
     for (pcl::PointNormal& point : *cloud)
       point.getNormalVector3fMap().setConstant(nothing);
-    Mrf mrf;
-    mrf.setInputCloud(cloud);
+    On<pcl::PointNormal> mrf(cloud);
     const pcl::mrf::TriangleMesh mesh = run(mrf);
     EXPECT_TRUE(mrf.getReport().normalsEstimated);
     EXPECT_EQ(mrf.getReport().points.zeroNormals, 0);
@@ -253,8 +247,7 @@ TEST(BadInput, NothingIsAskedForThatWasGiven)
   seen.setSensorPosition({0, 0, 5}); // which sees two fifths of a ball
   run(seen);
   EXPECT_NE(testing::PrintToString(seen.getReport().warnings).find("cannot have seen all points"), std::string::npos);
-  Mrf estimating;
-  estimating.setInputCloud(conversion::make<pcl::PointNormal>(patch()));
+  On<pcl::PointNormal> estimating(conversion::make<pcl::PointNormal>(patch()));
   estimating.setNormalSource(pcl::mrf::NormalSource::estimate);
   run(estimating);
   EXPECT_NE(testing::PrintToString(estimating.getReport().warnings).find("good ones (setNormalSource(auto))"),
@@ -264,8 +257,7 @@ TEST(BadInput, NothingIsAskedForThatWasGiven)
 TEST(BadInput, LongNormalsAreDirectionsAsWell)
 {
   const Cloud::Ptr cloud = sphereCloud();
-  Mrf mrf;
-  mrf.setInputCloud(cloud);
+  On<pcl::PointNormal> mrf(cloud);
   const pcl::mrf::TriangleMesh expected = run(mrf);
   for (pcl::PointNormal& point : *cloud)
     point.getNormalVector3fMap() *= 0x1p100f; // its square is infinite

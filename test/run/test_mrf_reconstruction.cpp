@@ -27,8 +27,7 @@ const pcl::mrf::TriangleMesh& meshOf(Cloud::Ptr (*cloud)())
   static std::map<Cloud::Ptr (*)(), pcl::mrf::TriangleMesh> meshes;
   const auto [entry, isNew] = meshes.try_emplace(cloud);
   if (isNew) {
-    Mrf mrf;
-    mrf.setInputCloud(cloud());
+    On<pcl::PointNormal> mrf(cloud());
     entry->second = run(mrf);
   }
   return entry->second;
@@ -78,8 +77,7 @@ TYPED_TEST(EveryPointType, GivesAClosedSphereThroughBothOverloads)
   typename pcl::PointCloud<Point>::Ptr cloud = conversion::make<Point>(sphere());
   cloud->header.frame_id = "scanner";
   cloud->header.stamp = 1234567;
-  pcl::MRFReconstruction<Point> mrf;
-  mrf.setInputCloud(cloud);
+  On<Point> mrf(cloud);
   const pcl::PolygonMesh output = outputOf(mrf);
   const pcl::mrf::Report report = mrf.getReport();
   EXPECT_EQ(report.normalsEstimated, !pcl::traits::has_normal<Point>::value);
@@ -132,8 +130,7 @@ TEST(Interface, HonoursIndices)
     indices->push_back(static_cast<int>(both->size()));
     both->push_back(point);
   }
-  Mrf mrf;
-  mrf.setInputCloud(both);
+  On<pcl::PointNormal> mrf(both);
   EXPECT_EQ(pcl::mrf::measure(run(mrf)).components, 2);
   mrf.setIndices(indices);
   const pcl::mrf::TriangleMesh mesh = run(mrf);
@@ -208,8 +205,7 @@ TEST(Interface, AnOrganizedCloudWorksWithPclsSearchOfOrganizedClouds)
   cloud->resize(cloud->size() / 19 * 19);
   cloud->width = 19;
   cloud->height = static_cast<std::uint32_t>(cloud->size() / 19);
-  Mrf mrf;
-  mrf.setInputCloud(cloud);
+  On<pcl::PointNormal> mrf(cloud);
   const pcl::mrf::TriangleMesh expected = run(mrf);
   const pcl::search::OrganizedNeighbor<pcl::PointNormal>::Ptr search(
       new pcl::search::OrganizedNeighbor<pcl::PointNormal>);
@@ -223,8 +219,7 @@ TEST(Interface, AFilledCloudHasTheInputsPose)
   const Cloud::Ptr cloud = sphereCloud();
   cloud->sensor_origin_ = {0, 0, 3, 0};
   cloud->sensor_orientation_ = Eigen::Quaternionf(Eigen::AngleAxisf(.5f, Eigen::Vector3f::UnitX()));
-  Mrf mrf;
-  mrf.setInputCloud(cloud);
+  On<pcl::PointNormal> mrf(cloud);
   Outputs<pcl::PointNormal> outputs;
   mrf.reconstruct(outputs.points, outputs.polygons);
   EXPECT_EQ(outputs.points.sensor_origin_, cloud->sensor_origin_);
@@ -480,8 +475,7 @@ TEST(VertexFields, PointConfidencesWeighTheData)
   pcl::PointCloud<pcl::PointXYZINormal>::Ptr cloud = conversion::make<pcl::PointXYZINormal>(sphere());
   for (pcl::PointXYZINormal& point : *cloud)
     point.intensity = point.z > 0 ? 1 : 0;
-  pcl::MRFReconstruction<pcl::PointXYZINormal> mrf;
-  mrf.setInputCloud(cloud);
+  On<pcl::PointXYZINormal> mrf(cloud);
   pcl::mrf::Options options;
   options.confidenceField = "intensity";
   options.trimming.kind = pcl::mrf::Trimming::none;
@@ -513,8 +507,7 @@ TEST(Sensors, TheCloudsOwnOriginIsOneIfItIsSetOrTheCloudIsOrganized)
       cloud->width = static_cast<std::uint32_t>(cloud->size() / 2);
       cloud->height = 2;
     }
-    pcl::MRFReconstruction<pcl::PointXYZ> mrf;
-    mrf.setInputCloud(cloud);
+    On<pcl::PointXYZ> mrf(cloud);
     change(mrf);
     const pcl::mrf::TriangleMesh mesh = contract::run(mrf);
     // Which of the two sides the mesh faces, where the sensor decided it.
@@ -579,8 +572,7 @@ TEST(Sensors, ViewsAreOfTheCloudNotOfTheIndices)
   for (std::size_t i = 0; i < cloud->size(); ++i)
     if (i % 3 != 0)
       indices->push_back(static_cast<int>(i));
-  pcl::MRFReconstruction<pcl::PointXYZ> mrf;
-  mrf.setInputCloud(cloud);
+  On<pcl::PointXYZ> mrf(cloud);
   mrf.setIndices(indices);
   // Each patch is nearer to the other one's sensor: only the views tell.
   mrf.setSensorPositions({Eigen::Vector3d(0, 0, 3.5), Eigen::Vector3d(0, 0, .5)}, views);

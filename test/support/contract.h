@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief Shared by the tests of the class: small clouds, and checks of runs that fail.
+/// Shared by the tests of the class: small clouds, and checks of runs that fail.
 #pragma once
 
 #include "conversion.h"
@@ -59,6 +58,13 @@ struct Outputs {
   }
 };
 
+inline void expectCleared(const pcl::PolygonMesh& mesh)
+{
+  EXPECT_TRUE(mesh.polygons.empty());
+  EXPECT_TRUE(mesh.cloud.data.empty());
+  EXPECT_EQ(mesh.cloud.width, 0u);
+}
+
 /// Runs both overloads, which must fail and clear their outputs. \return the message
 template <typename PointT>
 std::string expectFailure(pcl::MRFReconstruction<PointT>& mrf, pcl::mrf::Status status)
@@ -66,9 +72,7 @@ std::string expectFailure(pcl::MRFReconstruction<PointT>& mrf, pcl::mrf::Status 
   Outputs<PointT> outputs;
   mrf.reconstruct(outputs.mesh);
   EXPECT_EQ(toString(mrf.getReport().status), std::string(toString(status))) << mrf.getReport().message;
-  EXPECT_TRUE(outputs.mesh.polygons.empty());
-  EXPECT_TRUE(outputs.mesh.cloud.data.empty());
-  EXPECT_EQ(outputs.mesh.cloud.width, 0u);
+  expectCleared(outputs.mesh);
   const std::string message = mrf.getReport().message;
   EXPECT_GT(message.size(), 10u);
 
@@ -100,7 +104,8 @@ pcl::mrf::TriangleMesh run(pcl::MRFReconstruction<PointT>& mrf)
 /// The class with the given points as its input.
 template <typename PointT>
 struct On : pcl::MRFReconstruction<PointT> {
-  explicit On(const pcl::mrf::PointSet& points = sphere()) { this->setInputCloud(conversion::make<PointT>(points)); }
+  explicit On(const pcl::mrf::PointSet& points = sphere()) : On(conversion::make<PointT>(points)) {}
+  explicit On(const typename pcl::PointCloud<PointT>::Ptr& cloud) { this->setInputCloud(cloud); }
 };
 using OnSphere = On<pcl::PointNormal>;
 
