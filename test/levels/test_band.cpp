@@ -83,6 +83,16 @@ MultiscaleResult solve(const PointSet& points, float spacing, std::int64_t dense
   return levels->result();
 }
 
+/// The levels of points with spacings of their own.
+MultiscaleResult solve(const OrientedPoints& points, float spacing, std::int64_t denseVoxels)
+{
+  Execution execution(2);
+  const auto search = clouds::searchOf(points);
+  Options options;
+  options.multiscale.denseVoxels = denseVoxels;
+  return regularize({&points, search.get(), boundingBox(points.positions)}, spacing, options, execution);
+}
+
 constexpr std::int64_t everything = std::numeric_limits<std::int64_t>::max(), fewVoxels = 5000;
 
 } // namespace
@@ -370,10 +380,7 @@ TEST(BandedLevels, LeaveOutWhatIsNotWanted)
         if (std::abs(vertex.z()) > 1) {
           EXPECT_NEAR(brick(vertex.cast<double>()), 0, .5 * voxelSize) << "in the axes of the cloud";
         }
-      std::vector<std::uint8_t> keep;
-      for (const Triangle& t : mesh.triangles)
-        keep.push_back(isMiddle(mesh.vertices[static_cast<std::size_t>(t[0])]) ? 0 : 1);
-      return select(mesh, keep);
+      return selectWhere(mesh, [&](const Eigen::Vector3f& p) { return !isMiddle(p); });
     };
     const MultiscaleResult whole = solve(points, spacing, fewVoxels, {}),
                            part = solve(points, spacing, fewVoxels, {}, ObservationKind::points, 2, dropMiddle);
@@ -428,20 +435,10 @@ TEST(BandedLevels, LeaveSparsePointsToCoarserLevels)
   const double spacing = .02;
   const shapes::Sdf torus = shapes::torus(1, .4);
   OrientedPoints points = pointsOfTwoDensities(.6f, 6);
-  PointSet all;
-  all.positions = points.positions;
-  const auto search = clouds::searchOf(all);
-  Options options;
-  options.multiscale.denseVoxels = fewVoxels;
-  Execution execution(2);
-  const auto run = [&] {
-    return regularize({&points, search.get(), boundingBox(points.positions)}, static_cast<float>(spacing), options,
-                      execution);
-  };
-  const MultiscaleResult part = run();
+  const MultiscaleResult part = solve(points, static_cast<float>(spacing), fewVoxels);
   ASSERT_NE(part.field.coarserBand(), nullptr);
   points.spacings.assign(points.size(), static_cast<float>(spacing));
-  const MultiscaleResult whole = run();
+  const MultiscaleResult whole = solve(points, static_cast<float>(spacing), fewVoxels);
   EXPECT_EQ(whole.field.coarserBand(), nullptr);
   EXPECT_LT(static_cast<double>(part.levels.back().unknowns), .8 * static_cast<double>(whole.levels.back().unknowns));
   const TriangleMesh mesh = zeroLevel(part.field);
@@ -459,15 +456,7 @@ TEST(BandedLevels, LeaveSparsePointsToCoarserLevels)
 TEST(BandedLevels, MoveTheFieldAVoxelOfTheCoarserAtMost)
 {
   // Where dense points end, the next ones are thirty voxels away.
-  const OrientedPoints points = pointsOfTwoDensities(.3f, 12);
-  PointSet all;
-  all.positions = points.positions;
-  const auto search = clouds::searchOf(all);
-  Options options;
-  options.multiscale.denseVoxels = 1 << 18;
-  Execution execution(2);
-  const MultiscaleResult result =
-      regularize({&points, search.get(), boundingBox(points.positions)}, .008f, options, execution);
+  const MultiscaleResult result = solve(pointsOfTwoDensities(.3f, 12), .008f, 1 << 18);
   ASSERT_NE(result.field.coarserBand(), nullptr);
   const MeshStatistics mesh = measure(zeroLevel(result.field));
   EXPECT_EQ(mesh.boundaryEdges, 0);
@@ -478,19 +467,11 @@ TEST(BandedLevels, KeepASparseSheetBesideDensePointsOfAnother)
 {
   // Close to the small sphere the large one is not left out, and has no points there.
   const PointSet large = shapes::sample(shapes::sphere(1), 1.1, .065);
-  Options options;
-  options.multiscale.denseVoxels = 1 << 18;
-  Execution execution(2);
   for (const float gap : {.06f, .08f, .14f}) {
     PointSet small = shapes::sample(shapes::sphere(.03), .04, .0015);
     for (Eigen::Vector3f& p : small.positions)
       p.x() += 1.03f + gap;
-    const OrientedPoints points = joined(small, .0015f, large, .065f);
-    PointSet all;
-    all.positions = points.positions;
-    const auto search = clouds::searchOf(all);
-    const MultiscaleResult result =
-        regularize({&points, search.get(), boundingBox(points.positions)}, .003f, options, execution);
+    const MultiscaleResult result = solve(joined(small, .0015f, large, .065f), .003f, 1 << 18);
     ASSERT_NE(result.field.coarserBand(), nullptr);
     const MeshStatistics mesh = measure(zeroLevel(result.field));
     EXPECT_EQ(mesh.boundaryEdges, 0) << gap;
@@ -500,18 +481,11 @@ TEST(BandedLevels, KeepASparseSheetBesideDensePointsOfAnother)
 
 TEST(BandedLevels, MayLeaveAllButAFewPointsOrAll)
 {
-  const PointSet all = shapes::sample(shapes::torus(1, .4), 1.6, .02);
-  OrientedPoints points = shapes::oriented(all);
-  const auto search = clouds::searchOf(all);
-  Options options;
-  options.multiscale.denseVoxels = fewVoxels;
-  Execution execution(1);
+  OrientedPoints points = shapes::oriented(shapes::sample(shapes::torus(1, .4), 1.6, .02));
   for (const std::size_t dense : {0, 1, 30}) {
     points.spacings.assign(points.size(), 1);
     std::fill_n(points.spacings.begin(), dense, .02f);
-    const MultiscaleResult result =
-        regularize({&points, search.get(), boundingBox(points.positions)}, .02f, options, execution);
-    const MeshStatistics mesh = measure(zeroLevel(result.field));
+    const MeshStatistics mesh = measure(zeroLevel(solve(points, .02f, fewVoxels).field));
     EXPECT_EQ(mesh.boundaryEdges, 0) << dense;
     EXPECT_EQ(mesh.eulerCharacteristic, 0) << dense;
   }

@@ -14,7 +14,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <functional>
 #include <iostream>
 #include <string>
 #include <tuple>
@@ -30,21 +29,18 @@ struct SphereRun {
   OrientedPoints points;
   std::unique_ptr<NeighborSearch> search = makePointBins();
   float spacing = 0;
-  ObservationOptions observation;
-  PriorOptions prior;
-  SolverOptions solver;
-  MultiscaleOptions options;
+  Options options;
   int threads = 1;
 
   explicit SphereRun(double voxelsPerDiameter)
   {
-    options.voxelSize = static_cast<float>(2 * radius / voxelsPerDiameter);
-    points =
-        shapes::oriented(shapes::sample(shapes::sphere(radius), 1.2 * radius, static_cast<double>(options.voxelSize)));
+    options.multiscale.voxelSize = static_cast<float>(2 * radius / voxelsPerDiameter);
+    points = shapes::oriented(
+        shapes::sample(shapes::sphere(radius), 1.2 * radius, static_cast<double>(options.multiscale.voxelSize)));
     spacing = static_cast<float>(.5 * std::sqrt(area / static_cast<double>(points.size())));
-    observation.smoothing = spacing / 2;
+    options.observation.smoothing = spacing / 2;
     search->setPoints(points.positions);
-    solver.maxIterations = 2; // memory is the same for any number
+    options.solver.maxIterations = 2; // memory is the same for any number
   }
 
   double predicted() const
@@ -52,11 +48,12 @@ struct SphereRun {
     Workload workload;
     workload.area = area;
     workload.points = static_cast<double>(points.size());
-    const float reach = resolvedMaxDistance(observation, spacing, options.voxelSize);
-    workload.reach = observation.atPoints() ? 0 : reach;
-    workload.prior = prior;
-    workload.solver = solver;
-    return predictedMemory(boundingBox(points.positions), options.voxelSize, workload, options, threads);
+    const float reach = resolvedMaxDistance(options.observation, spacing, options.multiscale.voxelSize);
+    workload.reach = options.observation.atPoints() ? 0 : reach;
+    workload.prior = options.prior;
+    workload.solver = options.solver;
+    return predictedMemory(boundingBox(points.positions), options.multiscale.voxelSize, workload, options.multiscale,
+                           threads);
   }
 
   /// Peak bytes of the heap, beside what was taken before.
@@ -65,20 +62,16 @@ struct SphereRun {
     Execution execution(threads);
     const std::int64_t before = benchmarks::heapBytes();
     benchmarks::resetPeak();
-    Options all;
-    all.observation = observation;
-    all.prior = prior;
-    all.solver = solver;
-    all.multiscale = options;
-    regularize({&points, search.get(), boundingBox(points.positions)}, spacing, all, execution);
+    regularize({&points, search.get(), boundingBox(points.positions)}, spacing, options, execution);
     return static_cast<double>(benchmarks::peakBytes() - before);
   }
 
   std::string name() const
   {
-    return "method " + std::to_string(static_cast<int>(solver.method)) + ", k = " + std::to_string(order(prior.kind)) +
-           ", energy " + std::to_string(static_cast<int>(prior.energy)) + ", " + std::to_string(threads) +
-           " threads, " + (observation.atPoints() ? "points" : "voxels");
+    return "method " + std::to_string(static_cast<int>(options.solver.method)) +
+           ", k = " + std::to_string(order(options.prior.kind)) + ", energy " +
+           std::to_string(static_cast<int>(options.prior.energy)) + ", " + std::to_string(threads) + " threads, " +
+           (options.observation.atPoints() ? "points" : "voxels");
   }
 };
 
@@ -99,13 +92,13 @@ class EverySolver : public testing::TestWithParam<std::tuple<SolverMethod, Prior
 TEST_P(EverySolver, TakesWhatWasPredictedOn100000Voxels)
 {
   SphereRun run(35);
-  run.options.denseVoxels = std::int64_t{1} << 40;
-  std::tie(run.solver.method, run.prior.kind, run.threads) = GetParam();
+  run.options.multiscale.denseVoxels = std::int64_t{1} << 40;
+  std::tie(run.options.solver.method, run.options.prior.kind, run.threads) = GetParam();
   for (const auto& [kind, energy] :
        {std::pair(ObservationKind::points, Energy::joint), std::pair(ObservationKind::median, Energy::joint),
         std::pair(ObservationKind::plane, Energy::paper)}) {
-    run.observation.kind = kind;
-    run.prior.energy = energy;
+    run.options.observation.kind = kind;
+    run.options.prior.energy = energy;
     expectPredicted(run);
   }
 }
@@ -121,8 +114,8 @@ TEST(Memory, BandsTakeWhatWasPredicted)
   for (const Prior prior : {Prior::membrane, Prior::thinPlate, Prior::triharmonic})
     for (const ObservationKind kind : {ObservationKind::points, ObservationKind::plane}) {
       run.threads = prior == Prior::thinPlate ? 2 : 1;
-      run.prior.kind = prior;
-      run.observation.kind = kind;
+      run.options.prior.kind = prior;
+      run.options.observation.kind = kind;
       expectPredicted(run);
     }
 }
@@ -130,17 +123,17 @@ TEST(Memory, BandsTakeWhatWasPredicted)
 TEST(Memory, WhatDoesNotFitIsRefusedBeforeItIsTaken)
 {
   SphereRun run(60);
-  run.options.denseVoxels = std::int64_t{1} << 40;
+  run.options.multiscale.denseVoxels = std::int64_t{1} << 40;
   for (const SolverMethod method :
        {SolverMethod::multigrid, SolverMethod::icm, SolverMethod::cg, SolverMethod::cholesky}) {
-    run.solver.method = method;
-    run.options.maxMemory = static_cast<std::size_t>(.9 * run.predicted());
+    run.options.solver.method = method;
+    run.options.multiscale.maxMemory = static_cast<std::size_t>(.9 * run.predicted());
     const std::int64_t before = benchmarks::heapBytes();
     benchmarks::resetPeak();
     const std::string message = clouds::messageOf<ResourceLimit>([&] { run.measured(); });
     EXPECT_NE(message.find("a voxel size of"), std::string::npos) << message;
     EXPECT_LT(benchmarks::peakBytes() - before, 1 << 20) << run.name();
-    run.options.maxMemory = std::size_t{1} << 40; // not what is short below
+    run.options.multiscale.maxMemory = std::size_t{1} << 40; // not what is short below
   }
 }
 
@@ -190,9 +183,9 @@ TEST(Memory, TheClassTakesWhatTheStagesTake)
 TEST(Memory, TilesTakeWhatWasPredictedAndLess)
 {
   SphereRun run(178);
-  run.options.denseVoxels = 1 << 17;
-  run.solver.maxIterations = 1; // several steps are not taken in tiles
+  run.options.multiscale.denseVoxels = 1 << 17;
+  run.options.solver.maxIterations = 1; // several steps are not taken in tiles
   const double whole = run.predicted();
-  run.options.maxMemory = static_cast<std::size_t>(.8 * whole);
+  run.options.multiscale.maxMemory = static_cast<std::size_t>(.8 * whole);
   EXPECT_NEAR(run.measured() / whole, .8, tolerance);
 }

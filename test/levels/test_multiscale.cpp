@@ -37,28 +37,28 @@ Workload ofArea(double area)
   return workload;
 }
 
-MultiscaleResult regularizePoints(const PointSet& points, float spacing, const PriorOptions& prior = {},
-                                  const MultiscaleOptions& options = {}, const SolverOptions& solver = {},
-                                  int threads = 1, const ObservationOptions& observation = {})
+MultiscaleResult regularizePoints(const PointSet& points, float spacing, const Options& options = {})
 {
-  Execution execution(threads);
+  Execution execution(1);
   const auto search = clouds::searchOf(points);
-  Options all;
-  all.observation = observation;
-  all.prior = prior;
-  all.solver = solver;
-  all.multiscale = options;
   const OrientedPoints oriented = shapes::oriented(points);
-  return regularize({&oriented, search.get(), boundingBox(points.positions)}, spacing, all, execution);
+  return regularize({&oriented, search.get(), boundingBox(points.positions)}, spacing, options, execution);
+}
+
+Options observingPlanes()
+{
+  Options options;
+  options.observation.kind = ObservationKind::plane;
+  return options;
 }
 
 /// Root mean square of the field's value at exact surface points, in units of the voxel side.
 double surfaceError(const DistanceField& field, const PointSet& truth)
 {
-  double sum = 0;
+  std::vector<double> errors;
   for (const Eigen::Vector3f& p : truth.positions)
-    sum += std::pow(field.sampleDistance(p) / field.lattice().spacing, 2);
-  return std::sqrt(sum / static_cast<double>(truth.size()));
+    errors.push_back(field.sampleDistance(p) / field.lattice().spacing);
+  return rootMeanSquare(errors);
 }
 
 /// The number that follows a phrase of a message.
@@ -244,7 +244,7 @@ TEST(Regularize, SolvesSprawlingCloudsOfFewPointsInBands)
   for (Eigen::Vector3f& normal : facing.normals)
     normal = -normal;
   clouds::append(points, facing, Eigen::Vector3f::Constant(apart));
-  const LevelReport finest = regularizePoints(points, spacing, {}, {}, {}, 1).levels.back();
+  const LevelReport finest = regularizePoints(points, spacing).levels.back();
   EXPECT_GT(finest.size.count(), 400000);
   EXPECT_LT(finest.unknowns, finest.size.count() / 5);
 }
@@ -328,14 +328,13 @@ class EveryModel : public testing::TestWithParam<std::tuple<ObservationKind, Pri
 
 TEST_P(EveryModel, FitsASphereBetterOnAFinerGrid)
 {
-  ObservationOptions observation;
-  PriorOptions prior;
-  std::tie(observation.kind, prior.kind) = GetParam();
+  Options options;
+  std::tie(options.observation.kind, options.prior.kind) = GetParam();
   const auto sdf = shapes::sphere(1);
   const PointSet truth = shapes::sample(sdf, 1.2, .09, 7);
   const auto errorAt = [&](float spacing) {
     const PointSet points = shapes::sample(sdf, 1.2, spacing);
-    return surfaceError(regularizePoints(points, spacing, prior, {}, {}, 1, observation).field, truth);
+    return surfaceError(regularizePoints(points, spacing, options).field, truth);
   };
   const double coarse = errorAt(.12f), fine = errorAt(.06f);
   EXPECT_LT(coarse, .1);
@@ -356,9 +355,9 @@ TEST(Regularize, FillsAHoleInASphere)
   const PointSet hole = shapes::filter(all, isHole);
   std::vector<double> errors;
   for (const Prior order : {Prior::membrane, Prior::thinPlate, Prior::triharmonic}) {
-    PriorOptions prior;
-    prior.kind = order;
-    errors.push_back(surfaceError(regularizePoints(points, .06f, prior).field, hole));
+    Options options;
+    options.prior.kind = order;
+    errors.push_back(surfaceError(regularizePoints(points, .06f, options).field, hole));
   }
   // Voxel sides; the hole is 8 wide and its cap 1.1 high. The membrane flattens it, the higher orders follow the
   // curvature.
@@ -372,16 +371,14 @@ TEST(Regularize, CholeskyGivesMultigridsConvergedField)
   const PointSet points = shapes::sample(shapes::sphere(1), 1.2, .15);
   for (const ObservationKind kind : {ObservationKind::points, ObservationKind::plane})
     for (const Prior prior : {Prior::membrane, Prior::thinPlate}) {
-      ObservationOptions observation;
-      observation.kind = kind;
-      PriorOptions options;
-      options.kind = prior;
+      Options options;
+      options.observation.kind = kind;
+      options.prior.kind = prior;
+      options.solver.residualTolerance = 1e-7;
+      options.solver.changeTolerance = 0;
       const auto fieldBy = [&](SolverMethod method) {
-        SolverOptions solver;
-        solver.method = method;
-        solver.residualTolerance = 1e-7;
-        solver.changeTolerance = 0;
-        return regularizePoints(points, .15f, options, {}, solver, 1, observation).field;
+        options.solver.method = method;
+        return regularizePoints(points, .15f, options).field;
       };
       EXPECT_LT(differences(fieldBy(SolverMethod::cholesky), fieldBy(SolverMethod::multigrid)).first, 1e-5)
           << "k = " << order(prior);
@@ -390,10 +387,8 @@ TEST(Regularize, CholeskyGivesMultigridsConvergedField)
 
 TEST(Regularize, ConfidenceOfVoxelsIsZeroAwayFromThePoints)
 {
-  ObservationOptions observation;
-  observation.kind = ObservationKind::plane;
   const PointSet points = shapes::sample(shapes::sphere(1), 1.2, .1);
-  const DistanceField field = regularizePoints(points, .1f, {}, {}, {}, 1, observation).field;
+  const DistanceField field = regularizePoints(points, .1f, observingPlanes()).field;
   ASSERT_TRUE(field.hasConfidences());
   const GridSize size = field.lattice().size;
   for (int k = 0; k < size.z; ++k)
@@ -413,18 +408,14 @@ TEST(Regularize, ConfidenceOfVoxelsIsZeroAwayFromThePoints)
 TEST(Regularize, StartsFromTheInterpolationThatWasAskedFor)
 {
   // One sweep of ICM leaves what it starts from in most of the volume.
-  SolverOptions solver;
-  solver.method = SolverMethod::icm;
-  solver.maxIterations = 1;
+  Options options = observingPlanes();
+  options.solver.method = SolverMethod::icm;
+  options.solver.maxIterations = 1;
+  options.prior.kind = Prior::membrane;
   const PointSet points = shapes::sample(shapes::sphere(1), 1.2, .1);
-  ObservationOptions observation;
-  observation.kind = ObservationKind::plane;
   const auto fieldOf = [&](Interpolation interpolation) {
-    MultiscaleOptions options;
-    options.interpolation = interpolation;
-    PriorOptions prior;
-    prior.kind = Prior::membrane;
-    return regularizePoints(points, .1f, prior, options, solver, 1, observation).field;
+    options.multiscale.interpolation = interpolation;
+    return regularizePoints(points, .1f, options).field;
   };
   EXPECT_GT(differences(fieldOf(Interpolation::cubic), fieldOf(Interpolation::linear)).second, .01 * .2)
       << "a hundredth of a voxel";
@@ -438,26 +429,24 @@ TEST(Regularize, RefusesSurfacesThatNoPointsTellOf)
     points.positions.emplace_back(1000.f * static_cast<float>(n % 4), 1000.f * static_cast<float>(n / 4), 0.f);
     points.normals.push_back(Eigen::Vector3f::UnitZ());
   }
-  MultiscaleOptions options;
-  options.denseVoxels = 1 << 18;
+  Options options;
+  options.multiscale.denseVoxels = 1 << 18;
   const auto refusal = [&](float voxelSize) {
-    options.voxelSize = voxelSize;
-    return clouds::messageOf<ResourceLimit>([&] { regularizePoints(points, 1, {}, options); });
+    options.multiscale.voxelSize = voxelSize;
+    return clouds::messageOf<ResourceLimit>([&] { regularizePoints(points, 1, options); });
   };
   ASSERT_NE(refusal(2).find("12 points"), std::string::npos) << refusal(2);
   const float fitting = numberAfter("a voxel size of ", refusal(2));
   EXPECT_GT(fitting, 2);
   EXPECT_EQ(refusal(fitting), "");
   // Beside its points the surface takes more memory than they foretell.
-  options.maxMemory = std::size_t{64} << 20;
+  options.multiscale.maxMemory = std::size_t{64} << 20;
   EXPECT_NE(refusal(2).find("along the surface, "), std::string::npos) << refusal(2);
 }
 
 TEST(Regularize, SaysWhatIsWrongWhenNothingIsObserved)
 {
-  ObservationOptions observation;
-  observation.kind = ObservationKind::plane;
-  observation.maxDistance = 1e-4f;
-  const PointSet points = shapes::sample(shapes::sphere(1), 1.2, .3);
-  EXPECT_THROW(regularizePoints(points, .3f, {}, {}, {}, 1, observation), InvalidInput);
+  Options options = observingPlanes();
+  options.observation.maxDistance = 1e-4f;
+  EXPECT_THROW(regularizePoints(shapes::sample(shapes::sphere(1), 1.2, .3), .3f, options), InvalidInput);
 }

@@ -6,6 +6,7 @@
 #include "points/sampling_density.h"
 #include "support/clouds.h"
 #include "support/shapes.h"
+#include "support/threads.h"
 
 #include <pcl/surface/mrf/report.h>
 
@@ -29,8 +30,9 @@ SmoothingChoice choose(const PointSet& points, double unit = 1, int threads = 2)
       .chooseSmoothing();
 }
 
-ResolutionChoice chooseResolution(const OrientedPoints& points, float unit, double smoothing, Execution& execution)
+ResolutionChoice chooseResolution(const OrientedPoints& points, float unit, double smoothing, int threads = 2)
 {
+  Execution execution(threads);
   return HoldOut(points, unit, 2 * static_cast<double>(unit), Prior::triharmonic, {}, execution)
       .chooseResolution(smoothing, .4f, 0);
 }
@@ -125,10 +127,8 @@ TEST(Smoothing, edgesAreNotTakenForNoise)
       const int step = i / 10 % 2 + 2 * (j / 10 % 2);
       clouds::append(points, {x, y, .05f * static_cast<float>(step)}, Eigen::Vector3f::UnitZ());
     }
-  Execution execution;
-  const float unit = estimateSamplingDensity(points, *clouds::searchOf(points), execution).spacing;
-  const OrientedPoints oriented = shapes::oriented(points);
-  const SmoothingChoice choice = HoldOut(oriented, unit, 2 * unit, Prior::triharmonic, {}, execution).chooseSmoothing();
+  const float unit = estimateSamplingDensity(points, *clouds::searchOf(points), serial).spacing;
+  const SmoothingChoice choice = choose(points, static_cast<double>(unit / spacing));
   ASSERT_FALSE(choice.curve.empty());
   const auto errorAt = [&](double smoothing) {
     const auto closest = std::min_element(choice.curve.begin(), choice.curve.end(), [&](const auto& a, const auto& b) {
@@ -144,10 +144,9 @@ TEST(Smoothing, edgesAreNotTakenForNoise)
 
 TEST(Resolution, anOversampledSmoothSurfaceGetsLargerVoxels)
 {
-  Execution execution(2);
   constexpr float spacing = .015f;
   const OrientedPoints points = shapes::oriented(shapes::sample(shapes::sphere(1), 1.2, spacing));
-  const ResolutionChoice choice = chooseResolution(points, spacing, shortestSmoothing(spacing), execution);
+  const ResolutionChoice choice = chooseResolution(points, spacing, shortestSmoothing(spacing));
   EXPECT_GT(choice.voxelSize, 1.4 * 2 * spacing);
   EXPECT_GT(choice.curve.size(), 1u);
   EXPECT_FLOAT_EQ(static_cast<float>(choice.curve.front().voxelSize), 2 * spacing);
@@ -165,12 +164,10 @@ TEST(Resolution, anOversampledSmoothSurfaceGetsLargerVoxels)
 TEST(Resolution, aSmoothSurfaceKeepsFineVoxelsForAnErrorThatIsSeen)
 {
   // Below .04 spacings with the next larger voxels, but not below a 50,000th of the diagonal.
-  Execution execution(2);
   constexpr float spacing = .02f;
   const OrientedPoints points = shapes::oriented(shapes::sample(shapes::sphere(1), 1.2, spacing));
-  EXPECT_FLOAT_EQ(
-      static_cast<float>(chooseResolution(points, spacing, shortestSmoothing(spacing), execution).voxelSize),
-      2 * spacing);
+  EXPECT_FLOAT_EQ(static_cast<float>(chooseResolution(points, spacing, shortestSmoothing(spacing)).voxelSize),
+                  2 * spacing);
 }
 
 TEST(Resolution, detailsKeepTheFinestVoxels)
@@ -181,8 +178,7 @@ TEST(Resolution, detailsKeepTheFinestVoxels)
     Eigen::Vector3f& p = sphere.positions[i];
     p *= 1 + .02f * std::sin(30 * p.x()) * std::sin(30 * p.y());
   }
-  Execution execution(2);
-  const ResolutionChoice choice = chooseResolution(shapes::oriented(sphere), .04f, shortestSmoothing(.04), execution);
+  const ResolutionChoice choice = chooseResolution(shapes::oriented(sphere), .04f, shortestSmoothing(.04));
   EXPECT_FLOAT_EQ(static_cast<float>(choice.voxelSize), .08f);
   // The loss is everywhere: the first dozen of the 32 cubes see it, at two sizes.
   EXPECT_LE(choice.cubes, 2 * 13);
@@ -192,13 +188,13 @@ TEST(Resolution, detailsKeepTheFinestVoxels)
 TEST(Resolution, doesNotDependOnTheNumberOfThreads)
 {
   const OrientedPoints points = shapes::oriented(noisyTorus(.5 * spacing));
-  Execution one(1), four(4);
-  const auto choose = [&](Execution& execution) { return chooseResolution(points, spacing, 1. * spacing, execution); };
-  const ResolutionChoice a = choose(one), b = choose(four);
-  EXPECT_EQ(a.voxelSize, b.voxelSize);
-  ASSERT_EQ(a.curve.size(), b.curve.size());
-  for (std::size_t n = 0; n < a.curve.size(); ++n)
-    EXPECT_EQ(a.curve[n].error, b.curve[n].error);
+  sameOnAnyThreads([&](int threads) {
+    const ResolutionChoice choice = chooseResolution(points, spacing, 1. * spacing, threads);
+    std::vector<double> found = {choice.voxelSize};
+    for (const ResolutionScore& score : choice.curve)
+      found.push_back(score.error);
+    return found;
+  });
 }
 
 TEST(HoldOut, ChoicesAreThoseOfSeparateObjects)
@@ -231,8 +227,7 @@ TEST(Resolution, fineWavesOnAnEighthOfASheetCount)
       clouds::append(points, {x, y, isWavy ? .03f * std::sin(40 * (x - 3.5f)) : 0},
                      Eigen::Vector3f(-slope, 0, 1).normalized());
     }
-  Execution execution(2);
-  const ResolutionChoice choice = chooseResolution(shapes::oriented(points), .02f, shortestSmoothing(.02), execution);
+  const ResolutionChoice choice = chooseResolution(shapes::oriented(points), .02f, shortestSmoothing(.02));
   // 2 h leaves nothing of waves of 8 spacings, which tell on the mean of all.
   EXPECT_LT(choice.voxelSize, 1.5 * .04);
 }
@@ -256,11 +251,10 @@ TEST(Resolution, noiseThatLargerVoxelsSmoothDoesNotPayForEdges)
       for (int height = 1; isSide && height < high; ++height)
         add(height, outward.cast<float>().normalized());
     }
-  Execution execution(2);
   for (const unsigned seed : {1u, 2u, 3u}) {
     PointSet noisy = points;
     shapes::addNoise(noisy, .2 * side, seed);
-    const ResolutionChoice choice = chooseResolution(shapes::oriented(noisy), side, .85 * side, execution);
+    const ResolutionChoice choice = chooseResolution(shapes::oriented(noisy), side, .85 * side);
     EXPECT_LT(choice.voxelSize, 3 * side) << "of seed " << seed;
   }
 }
