@@ -247,6 +247,8 @@ TEST(Trimming, theClosingDoesNotFillAWideBay)
   options.maxGap = .6f;
   const TriangleMesh mesh = scene.trim(options).mesh;
   EXPECT_FALSE(covers(mesh, {.65f, 0, 0}));
+  options.maxGap = 1e9f;
+  EXPECT_EQ(scene.trim(options).mesh.triangles, mesh.triangles) << "the sheet goes on beyond the mesh's boundary";
   options.maxGap = 0;
   options.maxHole = 100;
   EXPECT_FALSE(covers(scene.trim(options).mesh, {1.1f, 0, 0})) << "the sheet goes on to the border, and is no bay";
