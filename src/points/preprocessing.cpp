@@ -5,6 +5,7 @@
 #include "options/noise_law.h"
 #include "options/stage_timer.h"
 #include "points/mixed_pixels.h"
+#include "points/near_copies.h"
 #include "points/normals.h"
 #include "points/outliers.h"
 #include "points/sampling_density.h"
@@ -44,6 +45,23 @@ void requireRange(const char* what, double length)
   throw InvalidInput(text.str());
 }
 
+/// Drops what a sensor that stood still measured again and again.
+void removeNearCopies(PointSet& points, NeighborSearch& search, Report& report, Execution& execution)
+{
+  const int copies = countNearCopies(points.positions, search);
+  if (copies == 0)
+    return;
+  std::vector<std::uint8_t> keep(points.size(), 1);
+  const std::int64_t dropped = dropNearCopies(points.positions, search, copies, keep, execution);
+  report.points.duplicates += dropped;
+  reduce(points, keep, search, execution);
+  std::ostringstream text;
+  text << "the points were measured " << copies + 1 << " to " << 2 * copies
+       << " times, as by a sensor that stands still: of "
+       << "each group the one in the middle was used, and " << dropped << " were dropped";
+  report.warnings.push_back(text.str());
+}
+
 /// Gives the points to the search, drops outliers, and measures the density of the points that are left. The neighbor
 /// distances are not measured again, because the few outliers hardly count among eight neighbors.
 void removeOutliers(PointSet& points, const Options& options, NeighborSearch& search, Report& report,
@@ -53,6 +71,8 @@ void removeOutliers(PointSet& points, const Options& options, NeighborSearch& se
   {
     const StageTimer timer("outliers", report, execution);
     search.setPoints(points.positions, execution);
+    if (options.outliers.alone)
+      removeNearCopies(points, search, report, execution);
     distances = measureNeighbors(points, search, execution);
     OutlierResult outliers = findOutliers(points, distances, search, options.outliers, execution);
     report.points.outliersAlone = outliers.droppedAlone;

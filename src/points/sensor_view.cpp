@@ -26,6 +26,11 @@ Eigen::Vector3f SensorView::onSphere(const Eigen::Vector3f& position) const
   return (position.cast<double>() + sight * ((radius_ - distance) / distance)).cast<float>();
 }
 
+float SensorView::scaleAt(const Eigen::Vector3f& position) const
+{
+  return static_cast<float>(radius_ / (position.cast<double>() - sensor_).norm());
+}
+
 std::vector<std::vector<std::uint32_t>> pointsOfSensors(const PointArrays& points)
 {
   std::vector<std::vector<std::uint32_t>> own(points.sensors.size());

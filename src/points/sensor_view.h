@@ -23,6 +23,9 @@ public:
 
   Eigen::Vector3f onSphere(const Eigen::Vector3f& position) const;
 
+  /// Length on the sphere of a short line across the line of sight at `position`, in lengths of the line.
+  float scaleAt(const Eigen::Vector3f& position) const;
+
   const std::vector<Eigen::Vector3f>& seen() const { return seen_; }
   const NeighborSearch& search() const { return *search_; }
 

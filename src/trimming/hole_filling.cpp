@@ -21,10 +21,6 @@ constexpr double maxFilled = 1. / 3;
 /// reaches no farther than its rim; what exceeds this factor is the bulb behind the end of a tube.
 constexpr float maxOutgrowth = 1.3f;
 
-/// A filling is no surface where a sensor saw points through it that are farther behind it than inventedFrom local
-/// spacings plus deviationsBehind standard deviations of the noise.
-constexpr float inventedFrom = 10, deviationsBehind = 3;
-
 /// Distances from the points, in local spacings. The triangles of a filling beyond judgedFrom form connected parts; a
 /// part that gets beyond judgedIfBeyond is judged by itself, a narrower one is kept. After lines of sight have cut the
 /// fillings, all parts beyond judgedFromWhereCut are judged, however narrow they are.
@@ -332,8 +328,7 @@ void HoleFinder::dropSeenThrough(std::vector<std::uint8_t>& keep)
   for (const std::int32_t t : kept) {
     const std::int32_t first = mesh_.triangles[t][0];
     const std::size_t point = nearest_.point(first);
-    places.push_back(
-        {mesh_.vertices[first], inventedFrom * points_.spacings[point] + deviationsBehind * points_.deviation(point)});
+    places.push_back({mesh_.vertices[first], clearance(points_, point)});
   }
   const std::vector<std::uint8_t> isThrough = seenThrough(places, points_, execution_);
   std::vector<std::int32_t> fillingOf;

@@ -18,6 +18,13 @@ constexpr int besideSight = 12;
 /// Max number of sensors. More, as of a scanner on the move, would take too long.
 constexpr std::size_t maxViews = 256;
 
+/// A point is behind a surface if it is farther behind it than clearSpacings local spacings plus clearDeviations
+/// standard deviations of the noise.
+constexpr float clearSpacings = 10, clearDeviations = 3;
+
+/// A point hides what is behind the disc of this radius around it, in its spacings. Those of a grid touch.
+constexpr float opaque = .5f;
+
 /// What one sensor saw.
 class View {
 public:
@@ -38,35 +45,111 @@ public:
     });
   }
 
+  /// Whether this sensor saw more points of larger surfaces through the disc around a point than points at the disc.
+  /// \param own indices of the points of this view \param number of the point's surface
+  bool passesThrough(std::uint32_t point, const OrientedPoints& all, const std::vector<std::uint32_t>& own,
+                     const Surfaces& surfaces, std::int32_t number, Neighbors& besides) const
+  {
+    const Eigen::Vector3f& position = all.positions[point];
+    const float behind = distance(position) + clearance(all, point);
+    view_.search().within(view_.onSphere(position), all.spacings[point] * view_.scaleAt(position), besides);
+    int through = 0, stopped = 0;
+    for (const int i : besides.indices)
+      if (distance(points_.positions[i]) <= behind)
+        ++stopped;
+      else if (surfaces.isLarger(own[i], number))
+        ++through;
+    return through >= 2 * (stopped + 1);
+  }
+
+  /// Whether one of this sensor's points lies behind a point of a larger surface.
+  bool isBehind(std::size_t point, const std::vector<std::uint32_t>& own, const Surfaces& surfaces, std::int32_t number,
+                Neighbors& besides) const
+  {
+    const Eigen::Vector3f& position = points_.positions[point];
+    const float before = distance(position) - clearance(points_, point);
+    const Eigen::Vector3f seen = view_.onSphere(position);
+    view_.search().nearest(seen, besideSight, besides);
+    return std::any_of(besides.indices.begin(), besides.indices.end(), [&](std::size_t i) {
+      const Eigen::Vector3f& other = points_.positions[i];
+      return distance(other) < before &&
+             (view_.onSphere(other) - seen).norm() < opaque * points_.spacings[i] * view_.scaleAt(other) &&
+             surfaces.isLarger(own[i], number);
+    });
+  }
+
 private:
+  float distance(const Eigen::Vector3f& position) const
+  {
+    return static_cast<float>((position.cast<double>() - sensor_).norm());
+  }
+
   const Eigen::Vector3d sensor_;
   const OrientedPoints& points_;
   const SensorView view_;
 };
 
-} // namespace
-
-std::vector<std::uint8_t> seenThrough(const std::vector<Place>& places, const OrientedPoints& points,
-                                      Execution& execution)
+/// Calls visit(view, indices of its points) for each sensor that is known to have seen some.
+template <typename Visit>
+void forEachView(const OrientedPoints& points, Execution& execution, const Visit& visit)
 {
-  std::vector<std::uint8_t> result(places.size(), 0);
-  if (places.empty() || points.sensors.size() > maxViews)
-    return result;
+  if (points.sensors.size() > maxViews)
+    return;
   const std::vector<std::vector<std::uint32_t>> own = pointsOfSensors(points);
   for (std::size_t sensor = 0; sensor < own.size(); ++sensor) {
     if (own[sensor].empty())
       continue;
     const bool isAll = own[sensor].size() == points.size();
     const OrientedPoints some = isAll ? OrientedPoints() : select(points, own[sensor]);
-    const OrientedPoints& seen = isAll ? points : some;
-    const View view(points.sensors[sensor], seen, execution);
+    visit(View(points.sensors[sensor], isAll ? points : some, execution), own[sensor]);
+  }
+}
+
+} // namespace
+
+float clearance(const OrientedPoints& points, std::size_t point)
+{
+  return clearSpacings * points.spacings[point] + clearDeviations * points.deviation(point);
+}
+
+std::vector<std::uint8_t> seenThrough(const std::vector<Place>& places, const OrientedPoints& points,
+                                      Execution& execution)
+{
+  std::vector<std::uint8_t> result(places.size(), 0);
+  if (places.empty())
+    return result;
+  forEachView(points, execution, [&](const View& view, const std::vector<std::uint32_t>&) {
     execution.forRange(places.size(), 256, [&](std::size_t begin, std::size_t end) {
       Neighbors besides;
       for (std::size_t n = begin; n < end; ++n)
         if (!result[n])
           result[n] = view.seesThrough(places[n], besides) ? 1 : 0;
     });
-  }
+  });
+  return result;
+}
+
+std::vector<std::uint8_t> contradicted(const std::vector<std::uint32_t>& asked, const Surfaces& surfaces,
+                                       const OrientedPoints& points, Execution& execution)
+{
+  std::vector<std::uint8_t> result(asked.size(), 0);
+  if (asked.empty())
+    return result;
+  forEachView(points, execution, [&](const View& view, const std::vector<std::uint32_t>& own) {
+    execution.forRange(asked.size(), 64, [&](std::size_t begin, std::size_t end) {
+      Neighbors besides;
+      for (std::size_t n = begin; n < end; ++n) {
+        const std::uint32_t point = asked[n];
+        const std::int32_t number = surfaces.numberOf(point);
+        const auto found = std::lower_bound(own.begin(), own.end(), point); // own is in ascending order
+        const bool isOwn = found != own.end() && *found == point;
+        if (result[n] == 0 && number >= 0 &&
+            (view.passesThrough(point, points, own, surfaces, number, besides) ||
+             (isOwn && view.isBehind(static_cast<std::size_t>(found - own.begin()), own, surfaces, number, besides))))
+          result[n] = 1;
+      }
+    });
+  });
   return result;
 }
 

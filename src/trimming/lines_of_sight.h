@@ -8,6 +8,7 @@
 #include <Eigen/Core>
 
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 namespace pcl::mrf {
@@ -17,6 +18,10 @@ struct Place {
   float margin; ///< points that are behind it by less do not count, cloud's unit
 };
 
+/// How far behind a point, or surface next to it, other points have to be to be behind it: by that much neither its
+/// slope nor its noise explain them. Cloud's unit. \pre points.spacings is not empty
+float clearance(const OrientedPoints& points, std::size_t point);
+
 /// Flags of the places through which one of points.sensors saw a point that faces it: behind the place, the line of
 /// sight meets the point's tangent plane within two spacings of the point. With several sensors points.views tell which
 /// one saw a point; without views, and with more than 256 sensors, no place is flagged.
@@ -25,5 +30,27 @@ struct Place {
 /// Cost: for each sensor n log n for its n points, and a query per place.
 std::vector<std::uint8_t> seenThrough(const std::vector<Place>& places, const OrientedPoints& points,
                                       Execution& execution);
+
+/// The surfaces that points stand for.
+struct Surfaces {
+  std::function<std::int32_t(std::uint32_t point)> numberOf; ///< -1: none
+  const std::vector<double>& areas;                          ///< by numbers
+
+  bool isLarger(std::uint32_t point, std::int32_t than) const
+  {
+    const std::int32_t own = numberOf(point);
+    return own >= 0 && own != than && areas[own] > areas[than];
+  }
+};
+
+/// Flags of the points whose surface and a larger one contradict each other. Either a sensor saw the larger one through
+/// the disc of one spacing around the point: at least two points behind it, and two more for each that it saw there. Or
+/// the line of sight that found the point passes through a point of the larger one, within half its spacing. What is
+/// behind is so by clearance(); which sensors count is as in seenThrough.
+/// \param asked points of the cloud \pre points.spacings is not empty
+///
+/// Cost: for each sensor n log n for its n points, and up to two queries per asked point.
+std::vector<std::uint8_t> contradicted(const std::vector<std::uint32_t>& asked, const Surfaces& surfaces,
+                                       const OrientedPoints& points, Execution& execution);
 
 } // namespace pcl::mrf

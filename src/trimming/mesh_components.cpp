@@ -2,6 +2,7 @@
 #include "trimming/mesh_components.h"
 
 #include "mesh/mesh_topology.h"
+#include "trimming/lines_of_sight.h"
 
 #include <pcl/surface/mrf/options.h>
 
@@ -88,13 +89,31 @@ public:
     return false;
   }
 
-private:
+  /// The points behind a component that are the nearest of its given vertices.
+  std::vector<std::uint32_t> pointsBehind(std::int32_t component, const std::vector<std::int32_t>& vertices) const
+  {
+    std::vector<std::uint32_t> behind;
+    Neighbors nearest;
+    for (const std::int32_t v : vertices)
+      if (search_.nearest(mesh_.vertices[v], 1, nearest) == 1)
+        behind.push_back(static_cast<std::uint32_t>(nearest.indices.front()));
+    std::sort(behind.begin(), behind.end());
+    behind.erase(std::unique(behind.begin(), behind.end()), behind.end());
+    const auto isElsewhere = [&](std::uint32_t i) {
+      return nearestComponent(static_cast<int>(i), nearest) != component;
+    };
+    behind.erase(std::remove_if(behind.begin(), behind.end(), isElsewhere), behind.end());
+    return behind;
+  }
+
+  /// The component that a point is behind, or -1.
   std::int32_t nearestComponent(int point, Neighbors& scratch) const
   {
     vertexSearch_->nearest(points_.positions[point], 1, scratch);
     return componentOfVertex_[scratch.indices.front()];
   }
 
+private:
   /// The neighbors of a point.
   struct Company {
     float reach = 0; ///< distance of the second agreeing one behind the component; 0 if the point is not coherent
@@ -148,17 +167,19 @@ private:
 /// Min number of coherent points apart in a surface, such as a lone corner or a strip of one line of a range scan.
 constexpr std::size_t minPointsApart = 3;
 
+/// Max share of a component's points at which lines of sight contradict it, and the min number of points that can tell.
+constexpr double maxContradicted = .6;
+constexpr std::size_t minContradicted = 12;
+
 /// Flags of the components that too few points support, however large they are.
-std::vector<std::uint8_t> findPoorComponents(const TriangleMesh& mesh, const OrientedPoints& points,
-                                             const NeighborSearch& search, const std::vector<std::int32_t>& componentOf,
-                                             std::size_t components, std::size_t min, Execution& execution)
+std::vector<std::uint8_t> findPoorComponents(const ComponentSupport& support,
+                                             const std::vector<std::vector<std::int32_t>>& picked, std::size_t min,
+                                             Execution& execution)
 {
-  std::vector<std::uint8_t> isPoor(components, 0);
+  std::vector<std::uint8_t> isPoor(picked.size(), 0);
   if (min < 2)
     return isPoor;
-  const std::vector<std::vector<std::int32_t>> picked = pickVertices(mesh, componentOf, components);
-  const ComponentSupport support(mesh, points, search, componentOf, execution);
-  execution.forRange(components, 1, [&](std::int64_t begin, std::int64_t end) {
+  execution.forRange(picked.size(), 1, [&](std::int64_t begin, std::int64_t end) {
     for (std::int64_t c = begin; c < end; ++c) {
       const std::size_t component = c;
       isPoor[component] =
@@ -166,6 +187,36 @@ std::vector<std::uint8_t> findPoorComponents(const TriangleMesh& mesh, const Ori
     }
   });
   return isPoor;
+}
+
+/// Drops the components most of whose points lines of sight contradict: larger ones are seen through them, or hide
+/// them.
+void dropContradicted(const ComponentSupport& support, const std::vector<std::vector<std::int32_t>>& picked,
+                      const std::vector<double>& areas, const OrientedPoints& points,
+                      std::vector<std::uint8_t>& isDropped, Execution& execution)
+{
+  const double largest = *std::max_element(areas.begin(), areas.end());
+  const auto numberOf = [&](std::uint32_t point) {
+    Neighbors nearest;
+    const std::int32_t number = support.nearestComponent(static_cast<int>(point), nearest);
+    return number >= 0 && isDropped[number] ? -1 : number;
+  };
+  std::vector<std::uint32_t> asked;
+  std::vector<std::size_t> ends;
+  for (std::size_t c = 0; c < picked.size(); ++c) {
+    if (!isDropped[c] && areas[c] < largest) {
+      const std::vector<std::uint32_t> behind = support.pointsBehind(static_cast<std::int32_t>(c), picked[c]);
+      if (behind.size() >= minContradicted)
+        asked.insert(asked.end(), behind.begin(), behind.end());
+    }
+    ends.push_back(asked.size());
+  }
+  const std::vector<std::uint8_t> flags = contradicted(asked, {numberOf, areas}, points, execution);
+  for (std::size_t c = 0, begin = 0; c < picked.size(); begin = ends[c++]) {
+    const auto count = std::count(flags.begin() + begin, flags.begin() + ends[c], std::uint8_t{1});
+    if (static_cast<double>(count) > maxContradicted * static_cast<double>(ends[c] - begin))
+      isDropped[c] = 1;
+  }
 }
 
 } // namespace
@@ -183,8 +234,12 @@ std::int64_t dropSmallComponents(const ObservedMesh& observed, const OrientedPoi
   for (std::size_t t = 0; t < keep.size(); ++t)
     if (keep[t] && supported[t])
       area[componentOf[t]] += areaOf(mesh, mesh.triangles[t]);
-  std::vector<std::uint8_t> isDropped = findPoorComponents(
-      mesh, points, search, componentOf, area.size(), static_cast<std::size_t>(options.minComponentPoints), execution);
+  const std::vector<std::vector<std::int32_t>> picked = pickVertices(mesh, componentOf, area.size());
+  const ComponentSupport support(mesh, points, search, componentOf, execution);
+  std::vector<std::uint8_t> isDropped =
+      findPoorComponents(support, picked, static_cast<std::size_t>(options.minComponentPoints), execution);
+  if (!points.spacings.empty() && !points.sensors.empty())
+    dropContradicted(support, picked, area, points, isDropped, execution);
   isDropped[std::max_element(area.begin(), area.end()) - area.begin()] = 0;
   for (std::size_t t = 0; t < keep.size(); ++t)
     if (keep[t] && isDropped[componentOf[t]])

@@ -8,6 +8,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <chrono>
 
 using namespace pcl::mrf;
@@ -30,7 +31,41 @@ bool isSeenThrough(const OrientedPoints& points, float height)
   return seenThrough({{below, .25f}}, points, serial).front() != 0;
 }
 
+/// Share of the points of a square patch of 5 × 5, at this height above the seen wall, that the wall contradicts.
+double contradictedShare(float height, float spacing)
+{
+  OrientedPoints points = seenWall();
+  const auto wall = static_cast<std::uint32_t>(points.size());
+  const float side = 4 * spacing;
+  const Eigen::Vector3f corner = points.sensors.front() + Eigen::Vector3f(-side / 2, -side / 2, height - 2);
+  std::vector<std::uint32_t> asked;
+  for (int n = 0; n < 25; ++n) {
+    asked.push_back(static_cast<std::uint32_t>(points.size()));
+    points.positions.emplace_back(corner +
+                                  spacing * Eigen::Vector3f(static_cast<float>(n % 5), static_cast<float>(n / 5), 0));
+    points.normals.emplace_back(Eigen::Vector3f::UnitZ());
+    points.spacings.push_back(spacing);
+  }
+  const std::vector<double> areas = {4, .1};
+  const Surfaces surfaces = {[&](std::uint32_t point) { return point < wall ? 0 : 1; }, areas};
+  const std::vector<std::uint8_t> flags = contradicted(asked, surfaces, points, serial);
+  return static_cast<double>(std::count(flags.begin(), flags.end(), std::uint8_t{1})) / 25;
+}
+
 } // namespace
+
+TEST(LinesOfSight, ContradictASurfaceThroughWhichALargerOneWasSeen)
+{
+  EXPECT_GT(contradictedShare(1, .06f), .9) << "five of the wall's points for each of its own";
+  EXPECT_EQ(contradictedShare(1, .02f), 0) << "between its points nothing is seen";
+  EXPECT_EQ(contradictedShare(.3f, .06f), 0) << "a tenth of the wall's points is next to it";
+}
+
+TEST(LinesOfSight, ContradictASurfaceBehindALargerOne)
+{
+  EXPECT_GT(contradictedShare(-2, .06f), .5);
+  EXPECT_EQ(contradictedShare(-.3f, .06f), 0);
+}
 
 TEST(LinesOfSight, OfTheOnlySensorTellWhatIsBeforeTheWall)
 {
