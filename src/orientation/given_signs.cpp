@@ -3,6 +3,7 @@
 
 #include "base/select_values.h"
 #include "orientation/orientation.h"
+#include "points/sensor_view.h"
 
 #include <Eigen/Geometry>
 
@@ -153,7 +154,6 @@ bool isSeenFromOrigin(const std::vector<Eigen::Vector3f>& positions, const std::
                       const Eigen::Vector3d& offset, Execution& execution)
 {
   constexpr std::int64_t oneIn = 1000; // normal may look past the origin
-  constexpr float maxDiagonals = 100;  // max distance of the origin, in diagonals of the cloud
   const Eigen::Vector3f origin = (-offset).cast<float>();
   const BoundingBox box = boundingBox(positions);
   if ((origin - (box.lower + box.upper) / 2).norm() > maxDiagonals * box.diagonal())

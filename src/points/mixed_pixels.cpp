@@ -166,8 +166,11 @@ std::int64_t dropMixedPixels(const PointArrays& points, std::vector<std::uint8_t
 {
   std::size_t dropped = 0;
   std::vector<std::vector<std::uint32_t>> own = pointsOfSensors(points);
+  const BoundingBox box = boundingBox(points.positions);
   for (std::size_t s = 0; s < own.size(); ++s) {
     std::vector<std::uint32_t>& seen = own[s];
+    if ((points.sensors[s] - (box.lower + box.upper) / 2).norm() > maxDiagonals * box.diagonal())
+      continue; // it tells the side, as above terrain, and is no device
     const auto mixedOf = [&](const std::vector<std::uint32_t>& asked, std::ptrdiff_t maxOthers) {
       return mixedAmong(asked, points.sensors[s], points.positions, maxOthers, execution);
     };

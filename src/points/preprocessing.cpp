@@ -9,6 +9,7 @@
 #include "points/normals.h"
 #include "points/outliers.h"
 #include "points/sampling_density.h"
+#include "points/sensor_view.h"
 
 #include <pcl/surface/mrf/exceptions.h>
 
@@ -62,6 +63,32 @@ void removeNearCopies(PointSet& points, NeighborSearch& search, Report& report, 
   report.warnings.push_back(text.str());
 }
 
+/// Warns of a single sensor that cannot have seen all points, as where registered scans keep the origin of the first.
+/// If the origin is the cloud's own and outside of the points' box, it is dropped: one inside at least tells a room.
+void checkSensor(PointSet& points, const NeighborDistances& distances, Report& report, Execution& execution)
+{
+  constexpr double mayBeHidden = .1;
+  const std::vector<float> spacings = localSpacings(points, distances, execution);
+  if (points.sensors.size() != 1 || spacings.empty())
+    return;
+  const double hidden = hiddenShare(points, spacings, execution);
+  if (hidden <= mayBeHidden)
+    return;
+  const BoundingBox box = boundingBox(points.positions);
+  const Eigen::Array3f sensor = points.sensors.front();
+  const bool isDropped =
+      points.hasSensorOrigin && ((sensor < box.lower.array()).any() || (sensor > box.upper.array()).any());
+  std::ostringstream text;
+  text << std::lround(100 * hidden) << " % of the points lie behind others for the "
+       << (isDropped ? "cloud's sensor origin, which was not used" : "only sensor") << ": other sensors saw them; give "
+       << "the positions of all (RawCloud::sensors)";
+  report.warnings.push_back(text.str());
+  if (isDropped) {
+    points.sensors.clear();
+    points.hasSensorOrigin = false;
+  }
+}
+
 /// Gives the points to the search, drops outliers, and measures the density of the points that are left. The neighbor
 /// distances are not measured again, because the few outliers hardly count among eight neighbors.
 void removeOutliers(PointSet& points, const Options& options, NeighborSearch& search, Report& report,
@@ -74,6 +101,7 @@ void removeOutliers(PointSet& points, const Options& options, NeighborSearch& se
     if (options.outliers.alone)
       removeNearCopies(points, search, report, execution);
     distances = measureNeighbors(points, search, execution);
+    checkSensor(points, distances, report, execution);
     OutlierResult outliers = findOutliers(points, distances, search, options.outliers, execution);
     report.points.outliersAlone = outliers.droppedAlone;
     report.points.outliersByStatistics = outliers.droppedByStatistics;

@@ -3,13 +3,29 @@
 
 #include "base/loops.h"
 
+#include <algorithm>
 #include <numeric>
 
 namespace pcl::mrf {
+namespace {
+
+/// Number of points next to a line of sight that are tested.
+constexpr int besideSight = 12;
+
+/// A point hides what is behind the disc of this radius around it, in its spacings. Those of a grid touch.
+constexpr float opaque = .5f;
+
+} // namespace
+
+float clearance(float spacing, float deviation)
+{
+  constexpr float spacings = 10, deviations = 3;
+  return spacings * spacing + deviations * deviation;
+}
 
 SensorView::SensorView(const Eigen::Vector3f& sensor, const std::vector<Eigen::Vector3f>& positions,
                        Execution& execution)
-    : sensor_(sensor.cast<double>()), seen_(positions.size()), search_(makePointBins())
+    : sensor_(sensor.cast<double>()), positions_(positions), seen_(positions.size()), search_(makePointBins())
 {
   const BoundingBox box = boundingBox(positions);
   radius_ = (sensor_ - (box.lower + box.upper).cast<double>() / 2).norm();
@@ -29,6 +45,41 @@ Eigen::Vector3f SensorView::onSphere(const Eigen::Vector3f& position) const
 float SensorView::scaleAt(const Eigen::Vector3f& position) const
 {
   return static_cast<float>(radius_ / (position.cast<double>() - sensor_).norm());
+}
+
+float SensorView::distance(const Eigen::Vector3f& position) const
+{
+  return static_cast<float>((position.cast<double>() - sensor_).norm());
+}
+
+bool SensorView::isBehindSome(const Eigen::Vector3f& position, float margin, const std::vector<float>& spacings,
+                              const std::function<bool(std::size_t)>& counts, Neighbors& besides) const
+{
+  const double before = distance(position) - margin;
+  const Eigen::Vector3f sight = onSphere(position);
+  search_->nearest(sight, besideSight, besides);
+  for (std::size_t n = 0; n < besides.indices.size(); ++n) {
+    const std::size_t i = besides.indices[n];
+    const double other = (positions_[i].cast<double>() - sensor_).norm();
+    if (other < before && std::sqrt(besides.squaredDistances[n]) < opaque * spacings[i] * radius_ / other && counts(i))
+      return true;
+  }
+  return false;
+}
+
+double hiddenShare(const PointArrays& points, const std::vector<float>& spacings, Execution& execution)
+{
+  constexpr std::size_t maxAsked = 2048;
+  const SensorView view(points.sensors.front(), points.positions, execution);
+  const std::size_t asked = std::min(points.size(), maxAsked);
+  const auto isAny = [](std::size_t) { return true; };
+  const double hidden = sumOver(execution, static_cast<std::int64_t>(asked), 64, [&](std::size_t n) {
+    const std::size_t i = n * points.size() / asked;
+    Neighbors besides;
+    const float margin = clearance(spacings[i], points.deviations.empty() ? 0 : points.deviations[i]);
+    return view.isBehindSome(points.positions[i], margin, spacings, isAny, besides) ? 1. : 0.;
+  });
+  return asked > 0 ? hidden / static_cast<double>(asked) : 0;
 }
 
 std::vector<std::vector<std::uint32_t>> pointsOfSensors(const PointArrays& points)

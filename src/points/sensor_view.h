@@ -9,16 +9,24 @@
 #include <Eigen/Core>
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <vector>
 
 namespace pcl::mrf {
 
+/// How far apart in depth a point and what is behind it are at least: by that much neither slope nor noise explain it.
+/// \param spacing local one \param deviation σ of the noise, same unit; 0: unknown
+float clearance(float spacing, float deviation);
+
+/// Max distance of a sensor from the middle of the points, in diagonals; what is farther away is a direction.
+constexpr float maxDiagonals = 100;
+
 /// Points moved along their lines of sight onto a sphere around their sensor, where points behind each other are
 /// neighbors. The sphere is as large as the points are far away, so that a far sensor tells them apart as well.
 class SensorView {
 public:
-  /// \param positions search() holds these positions as moved onto the sphere, in their order
+  /// \param positions must outlive this; search() holds these positions as moved onto the sphere, in their order
   SensorView(const Eigen::Vector3f& sensor, const std::vector<Eigen::Vector3f>& positions, Execution& execution);
 
   Eigen::Vector3f onSphere(const Eigen::Vector3f& position) const;
@@ -26,11 +34,19 @@ public:
   /// Length on the sphere of a short line across the line of sight at `position`, in lengths of the line.
   float scaleAt(const Eigen::Vector3f& position) const;
 
+  float distance(const Eigen::Vector3f& position) const;
+
+  /// Whether the line of sight to a place passes within half a spacing of one of the points that count, which is nearer
+  /// to the sensor by more than `margin`. \param spacings of the points \param counts called with their indices
+  bool isBehindSome(const Eigen::Vector3f& position, float margin, const std::vector<float>& spacings,
+                    const std::function<bool(std::size_t)>& counts, Neighbors& besides) const;
+
   const std::vector<Eigen::Vector3f>& seen() const { return seen_; }
   const NeighborSearch& search() const { return *search_; }
 
 private:
   const Eigen::Vector3d sensor_;
+  const std::vector<Eigen::Vector3f>& positions_;
   double radius_;
   std::vector<Eigen::Vector3f> seen_;
   std::unique_ptr<NeighborSearch> search_;
@@ -39,5 +55,9 @@ private:
 /// For each of points.sensors the indices of the points that it saw, by points.views; empty if that is unknown. A
 /// single sensor saw all points.
 std::vector<std::vector<std::uint32_t>> pointsOfSensors(const PointArrays& points);
+
+/// Share of the points that the only sensor did not see, because others hide them; of 2,048 points. \param spacings
+/// local ones
+double hiddenShare(const PointArrays& points, const std::vector<float>& spacings, Execution& execution);
 
 } // namespace pcl::mrf

@@ -2,6 +2,7 @@
 #include "trimming/hole_filling.h"
 
 #include "mesh/mesh_topology.h"
+#include "points/sensor_view.h"
 #include "trimming/lines_of_sight.h"
 #include "trimming/trimming.h"
 #include "trimming/viewpoints.h"
@@ -328,7 +329,7 @@ void HoleFinder::dropSeenThrough(std::vector<std::uint8_t>& keep)
   for (const std::int32_t t : kept) {
     const std::int32_t first = mesh_.triangles[t][0];
     const std::size_t point = nearest_.point(first);
-    places.push_back({mesh_.vertices[first], clearance(points_, point)});
+    places.push_back({mesh_.vertices[first], clearance(points_.spacings[point], points_.deviation(point))});
   }
   const std::vector<std::uint8_t> isThrough = seenThrough(places, points_, execution_);
   std::vector<std::int32_t> fillingOf;

@@ -18,13 +18,6 @@ constexpr int besideSight = 12;
 /// Max number of sensors. More, as of a scanner on the move, would take too long.
 constexpr std::size_t maxViews = 256;
 
-/// A point is behind a surface if it is farther behind it than clearSpacings local spacings plus clearDeviations
-/// standard deviations of the noise.
-constexpr float clearSpacings = 10, clearDeviations = 3;
-
-/// A point hides what is behind the disc of this radius around it, in its spacings. Those of a grid touch.
-constexpr float opaque = .5f;
-
 /// What one sensor saw.
 class View {
 public:
@@ -51,11 +44,11 @@ public:
                      const Surfaces& surfaces, std::int32_t number, Neighbors& besides) const
   {
     const Eigen::Vector3f& position = all.positions[point];
-    const float behind = distance(position) + clearance(all, point);
+    const float behind = view_.distance(position) + clearance(all.spacings[point], all.deviation(point));
     view_.search().within(view_.onSphere(position), all.spacings[point] * view_.scaleAt(position), besides);
     int through = 0, stopped = 0;
     for (const int i : besides.indices)
-      if (distance(points_.positions[i]) <= behind)
+      if (view_.distance(points_.positions[i]) <= behind)
         ++stopped;
       else if (surfaces.isLarger(own[i], number))
         ++through;
@@ -66,24 +59,12 @@ public:
   bool isBehind(std::size_t point, const std::vector<std::uint32_t>& own, const Surfaces& surfaces, std::int32_t number,
                 Neighbors& besides) const
   {
-    const Eigen::Vector3f& position = points_.positions[point];
-    const float before = distance(position) - clearance(points_, point);
-    const Eigen::Vector3f seen = view_.onSphere(position);
-    view_.search().nearest(seen, besideSight, besides);
-    return std::any_of(besides.indices.begin(), besides.indices.end(), [&](std::size_t i) {
-      const Eigen::Vector3f& other = points_.positions[i];
-      return distance(other) < before &&
-             (view_.onSphere(other) - seen).norm() < opaque * points_.spacings[i] * view_.scaleAt(other) &&
-             surfaces.isLarger(own[i], number);
-    });
+    return view_.isBehindSome(
+        points_.positions[point], clearance(points_.spacings[point], points_.deviation(point)), points_.spacings,
+        [&](std::size_t i) { return surfaces.isLarger(own[i], number); }, besides);
   }
 
 private:
-  float distance(const Eigen::Vector3f& position) const
-  {
-    return static_cast<float>((position.cast<double>() - sensor_).norm());
-  }
-
   const Eigen::Vector3d sensor_;
   const OrientedPoints& points_;
   const SensorView view_;
@@ -106,11 +87,6 @@ void forEachView(const OrientedPoints& points, Execution& execution, const Visit
 }
 
 } // namespace
-
-float clearance(const OrientedPoints& points, std::size_t point)
-{
-  return clearSpacings * points.spacings[point] + clearDeviations * points.deviation(point);
-}
 
 std::vector<std::uint8_t> seenThrough(const std::vector<Place>& places, const OrientedPoints& points,
                                       Execution& execution)

@@ -18,10 +18,6 @@ struct Place {
   float margin; ///< points that are behind it by less do not count, cloud's unit
 };
 
-/// How far behind a point, or surface next to it, other points have to be to be behind it: by that much neither its
-/// slope nor its noise explain them. Cloud's unit. \pre points.spacings is not empty
-float clearance(const OrientedPoints& points, std::size_t point);
-
 /// Flags of the places through which one of points.sensors saw a point that faces it: behind the place, the line of
 /// sight meets the point's tangent plane within two spacings of the point. With several sensors points.views tell which
 /// one saw a point; without views, and with more than 256 sensors, no place is flagged.

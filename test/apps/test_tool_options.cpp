@@ -30,7 +30,7 @@ const std::vector<Case> cases = {
     {{"--normals", "estimate"}, "/normalsEstimated", true},
     {{"--noise-model", "none"}, "/options/observation/noiseModel", "none"},
     {{"--noise-model", "constant:.0625"}, "/noise/deviation", .0625},
-    {{"--noise-model", "kinect", "--sensor", "0,0,4"}, "/noise/isKnown", true},
+    {{"--noise-model", "kinect", "--sensor", "0,0,0"}, "/noise/isKnown", true},
     {{"--no-remesh"}, "/options/remesher/rounds", 0},
     {{"--threads", "3"}, "/threads", 3},
     {{"--sensor", "0,0,4", "--normals", "estimate"}, "/vote", "sensor", "cap.xyz"},

@@ -205,7 +205,7 @@ struct UncertaintyReport {
 struct PointCounts {
   std::int64_t input = 0; ///< points of the cloud that the indices select
   std::int64_t notFinite = 0;
-  std::int64_t duplicates = 0;     ///< points at the position of an earlier one
+  std::int64_t duplicates = 0;     ///< at the position of an earlier one, or near copies of it
   std::int64_t zeroNormals = 0;    ///< with NormalSource::use: normal zero or not finite
   std::int64_t zeroConfidence = 0; ///< confidence field not finite or ≤ 0
   std::int64_t outliersAlone = 0;  ///< OutlierOptions::alone: far from their neighbors and on no surface
