@@ -38,9 +38,10 @@ int countNearCopies(const std::vector<Eigen::Vector3f>& positions, const Neighbo
   return 0;
 }
 
-std::int64_t dropNearCopies(const std::vector<Eigen::Vector3f>& positions, const NeighborSearch& search, int copies,
+std::int64_t dropNearCopies(const PointArrays& points, const NeighborSearch& search, int copies,
                             std::vector<std::uint8_t>& keep, Execution& execution)
 {
+  const std::vector<Eigen::Vector3f>& positions = points.positions;
   std::vector<std::uint8_t> isTaken(positions.size(), 0);
   std::int64_t dropped = 0;
   Neighbors found, group;
@@ -54,8 +55,10 @@ std::int64_t dropNearCopies(const std::vector<Eigen::Vector3f>& positions, const
     const float inside = found.squaredDistances[copies], beyond = found.squaredDistances.back();
     search.within(positions[i], std::sqrt(std::sqrt(inside) * std::sqrt(beyond)), group);
     std::vector<int>& members = group.indices;
-    members.erase(std::remove_if(members.begin(), members.end(), [&](int member) { return isTaken[member] != 0; }),
-                  members.end());
+    const auto isOther = [&](int member) {
+      return isTaken[member] != 0 || (!points.normals.empty() && points.normals[i].dot(points.normals[member]) < 0);
+    };
+    members.erase(std::remove_if(members.begin(), members.end(), isOther), members.end());
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
     for (const int member : members)
       sum += positions[member].cast<double>();

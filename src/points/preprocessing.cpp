@@ -53,13 +53,13 @@ void removeNearCopies(PointSet& points, NeighborSearch& search, Report& report, 
   if (copies == 0)
     return;
   std::vector<std::uint8_t> keep(points.size(), 1);
-  const std::int64_t dropped = dropNearCopies(points.positions, search, copies, keep, execution);
+  const std::int64_t dropped = dropNearCopies(points, search, copies, keep, execution);
   report.points.duplicates += dropped;
   reduce(points, keep, search, execution);
   std::ostringstream text;
   text << "the points were measured " << copies + 1 << " to " << 2 * copies
-       << " times, as by a sensor that stands still: of "
-       << "each group the one in the middle was used, and " << dropped << " were dropped";
+       << " times, as by a sensor that stands still: of each group the one in the middle was used, and " << dropped
+       << " were dropped";
   report.warnings.push_back(text.str());
 }
 
@@ -68,8 +68,10 @@ void removeNearCopies(PointSet& points, NeighborSearch& search, Report& report, 
 void checkSensor(PointSet& points, const NeighborDistances& distances, Report& report, Execution& execution)
 {
   constexpr double mayBeHidden = .1;
+  if (points.sensors.size() != 1)
+    return;
   const std::vector<float> spacings = localSpacings(points, distances, execution);
-  if (points.sensors.size() != 1 || spacings.empty())
+  if (spacings.empty())
     return;
   const double hidden = hiddenShare(points, spacings, execution);
   if (hidden <= mayBeHidden)

@@ -25,11 +25,14 @@ float clearance(float spacing, float deviation)
 
 SensorView::SensorView(const Eigen::Vector3f& sensor, const std::vector<Eigen::Vector3f>& positions,
                        Execution& execution)
-    : sensor_(sensor.cast<double>()), positions_(positions), seen_(positions.size()), search_(makePointBins())
+    : sensor_(sensor.cast<double>()), seen_(positions.size()), distances_(positions.size()), search_(makePointBins())
 {
   const BoundingBox box = boundingBox(positions);
   radius_ = (sensor_ - (box.lower + box.upper).cast<double>() / 2).norm();
-  forEach(execution, positions.size(), 4096, [&](std::size_t i) { seen_[i] = onSphere(positions[i]); });
+  forEach(execution, positions.size(), 4096, [&](std::size_t i) {
+    seen_[i] = onSphere(positions[i]);
+    distances_[i] = distance(positions[i]);
+  });
   search_->setPoints(seen_, execution);
 }
 
@@ -44,7 +47,7 @@ Eigen::Vector3f SensorView::onSphere(const Eigen::Vector3f& position) const
 
 float SensorView::scaleAt(const Eigen::Vector3f& position) const
 {
-  return static_cast<float>(radius_ / (position.cast<double>() - sensor_).norm());
+  return static_cast<float>(radius_) / distance(position);
 }
 
 float SensorView::distance(const Eigen::Vector3f& position) const
@@ -55,13 +58,13 @@ float SensorView::distance(const Eigen::Vector3f& position) const
 bool SensorView::isBehindSome(const Eigen::Vector3f& position, float margin, const std::vector<float>& spacings,
                               const std::function<bool(std::size_t)>& counts, Neighbors& besides) const
 {
-  const double before = distance(position) - margin;
+  const float before = distance(position) - margin;
   const Eigen::Vector3f sight = onSphere(position);
   search_->nearest(sight, besideSight, besides);
   for (std::size_t n = 0; n < besides.indices.size(); ++n) {
     const std::size_t i = besides.indices[n];
-    const double other = (positions_[i].cast<double>() - sensor_).norm();
-    if (other < before && std::sqrt(besides.squaredDistances[n]) < opaque * spacings[i] * radius_ / other && counts(i))
+    const float radius = opaque * spacings[i] * static_cast<float>(radius_) / distances_[i];
+    if (distances_[i] < before && besides.squaredDistances[n] < radius * radius && counts(i))
       return true;
   }
   return false;

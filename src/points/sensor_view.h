@@ -26,7 +26,7 @@ constexpr float maxDiagonals = 100;
 /// neighbors. The sphere is as large as the points are far away, so that a far sensor tells them apart as well.
 class SensorView {
 public:
-  /// \param positions must outlive this; search() holds these positions as moved onto the sphere, in their order
+  /// \param positions search() holds these positions as moved onto the sphere, in their order
   SensorView(const Eigen::Vector3f& sensor, const std::vector<Eigen::Vector3f>& positions, Execution& execution);
 
   Eigen::Vector3f onSphere(const Eigen::Vector3f& position) const;
@@ -34,6 +34,7 @@ public:
   /// Length on the sphere of a short line across the line of sight at `position`, in lengths of the line.
   float scaleAt(const Eigen::Vector3f& position) const;
 
+  /// Distance of a place from the sensor.
   float distance(const Eigen::Vector3f& position) const;
 
   /// Whether the line of sight to a place passes within half a spacing of one of the points that count, which is nearer
@@ -46,9 +47,9 @@ public:
 
 private:
   const Eigen::Vector3d sensor_;
-  const std::vector<Eigen::Vector3f>& positions_;
   double radius_;
   std::vector<Eigen::Vector3f> seen_;
+  std::vector<float> distances_; ///< of the points from the sensor
   std::unique_ptr<NeighborSearch> search_;
 };
 

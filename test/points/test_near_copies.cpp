@@ -17,6 +17,7 @@ namespace {
 PointSet measuredAgain(int times)
 {
   PointSet points = clouds::lattice(40, .05f);
+  points.normals.clear();
   const std::vector<Eigen::Vector3f> wall = std::move(points.positions);
   points.positions.clear();
   std::mt19937 random(1);
@@ -58,7 +59,7 @@ TEST(NearCopies, LeaveTheOneInTheMiddle)
 {
   const PointSet points = measuredAgain(12);
   std::vector<std::uint8_t> keep(points.size(), 1);
-  const std::int64_t dropped = dropNearCopies(points.positions, *clouds::searchOf(points), 8, keep, serial);
+  const std::int64_t dropped = dropNearCopies(points, *clouds::searchOf(points), 8, keep, serial);
   EXPECT_EQ(dropped, std::count(keep.begin(), keep.end(), std::uint8_t{0}));
   const auto kept = static_cast<double>(points.size()) - static_cast<double>(dropped);
   EXPECT_NEAR(kept, 1600, 8) << "one of each pixel, but for copies far off";
@@ -68,4 +69,16 @@ TEST(NearCopies, LeaveTheOneInTheMiddle)
     if (keep[i])
       squares += (points.positions[i] - pixels.positions[i % pixels.size()]).squaredNorm();
   EXPECT_LT(std::sqrt(squares / kept), .001) << "the error of one is .002";
+}
+
+TEST(NearCopies, AreNotTheTwoSidesOfASheet)
+{
+  PointSet sheet = clouds::lattice(40, .05f);
+  for (std::size_t i = 0; i < 1600; ++i) {
+    sheet.positions.emplace_back(sheet.positions[i] - Eigen::Vector3f(0, 0, .001f));
+    sheet.normals.emplace_back(-sheet.normals[i]);
+  }
+  ASSERT_EQ(copiesOf(sheet), 1);
+  std::vector<std::uint8_t> keep(sheet.size(), 1);
+  EXPECT_EQ(dropNearCopies(sheet, *clouds::searchOf(sheet), 1, keep, serial), 0);
 }
