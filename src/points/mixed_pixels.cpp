@@ -48,10 +48,8 @@ using Ranges = std::array<float, besides>;
 class DepthView {
 public:
   DepthView(const Eigen::Vector3f& sensor, const std::vector<Eigen::Vector3f>& positions, Execution& execution)
-      : view_(sensor, positions, execution), ranges_(positions.size())
+      : view_(sensor, positions, execution), ranges_(view_.distances())
   {
-    for (std::size_t i = 0; i < positions.size(); ++i)
-      ranges_[i] = (positions[i] - sensor).norm();
     measureSteps();
   }
 
@@ -129,7 +127,7 @@ private:
   }
 
   const SensorView view_;
-  std::vector<float> ranges_;
+  const std::vector<float>& ranges_;
   std::map<int, float> steps_;
 };
 

@@ -43,13 +43,14 @@ public:
                     const std::function<bool(std::size_t)>& counts, Neighbors& besides) const;
 
   const std::vector<Eigen::Vector3f>& seen() const { return seen_; }
+  const std::vector<float>& distances() const { return distances_; } ///< of the points from the sensor
   const NeighborSearch& search() const { return *search_; }
 
 private:
   const Eigen::Vector3d sensor_;
   double radius_;
   std::vector<Eigen::Vector3f> seen_;
-  std::vector<float> distances_; ///< of the points from the sensor
+  std::vector<float> distances_;
   std::unique_ptr<NeighborSearch> search_;
 };
 

@@ -167,9 +167,8 @@ private:
 /// Min number of coherent points apart in a surface, such as a lone corner or a strip of one line of a range scan.
 constexpr std::size_t minPointsApart = 3;
 
-/// Max share of a component's points at which lines of sight contradict it, and the min number of points that can tell.
+/// Max share of a component's points at which lines of sight contradict it.
 constexpr double maxContradicted = .6;
-constexpr std::size_t minContradicted = 12;
 
 /// Flags of the components that too few points support, however large they are.
 std::vector<std::uint8_t> findPoorComponents(const ComponentSupport& support,
@@ -177,8 +176,6 @@ std::vector<std::uint8_t> findPoorComponents(const ComponentSupport& support,
                                              Execution& execution)
 {
   std::vector<std::uint8_t> isPoor(picked.size(), 0);
-  if (min < 2)
-    return isPoor;
   execution.forRange(picked.size(), 1, [&](std::int64_t begin, std::int64_t end) {
     for (std::int64_t c = begin; c < end; ++c) {
       const std::size_t component = c;
@@ -190,9 +187,9 @@ std::vector<std::uint8_t> findPoorComponents(const ComponentSupport& support,
 }
 
 /// Drops the components most of whose points lines of sight contradict: larger ones are seen through them, or hide
-/// them.
+/// them. \param min fewer points tell too little
 void dropContradicted(const ComponentSupport& support, const std::vector<std::vector<std::int32_t>>& picked,
-                      const std::vector<double>& areas, const OrientedPoints& points,
+                      const std::vector<double>& areas, const OrientedPoints& points, std::size_t min,
                       std::vector<std::uint8_t>& isDropped, Execution& execution)
 {
   const double largest = *std::max_element(areas.begin(), areas.end());
@@ -206,7 +203,7 @@ void dropContradicted(const ComponentSupport& support, const std::vector<std::ve
   for (std::size_t c = 0; c < picked.size(); ++c) {
     if (!isDropped[c] && areas[c] < largest) {
       const std::vector<std::uint32_t> behind = support.pointsBehind(static_cast<std::int32_t>(c), picked[c]);
-      if (behind.size() >= minContradicted)
+      if (behind.size() >= min)
         asked.insert(asked.end(), behind.begin(), behind.end());
     }
     ends.push_back(asked.size());
@@ -228,7 +225,8 @@ std::int64_t dropSmallComponents(const ObservedMesh& observed, const OrientedPoi
   const auto& [mesh, supported] = observed;
   std::vector<std::int32_t> componentOf;
   const std::int32_t components = groupTriangles(mesh, keep, execution, componentOf, isTorn);
-  if (components < 2)
+  const auto min = static_cast<std::size_t>(options.minComponentPoints);
+  if (components < 2 || min < 2)
     return 0;
   std::vector<double> area(components, 0);
   for (std::size_t t = 0; t < keep.size(); ++t)
@@ -236,10 +234,9 @@ std::int64_t dropSmallComponents(const ObservedMesh& observed, const OrientedPoi
       area[componentOf[t]] += areaOf(mesh, mesh.triangles[t]);
   const std::vector<std::vector<std::int32_t>> picked = pickVertices(mesh, componentOf, area.size());
   const ComponentSupport support(mesh, points, search, componentOf, execution);
-  std::vector<std::uint8_t> isDropped =
-      findPoorComponents(support, picked, static_cast<std::size_t>(options.minComponentPoints), execution);
+  std::vector<std::uint8_t> isDropped = findPoorComponents(support, picked, min, execution);
   if (!points.spacings.empty() && !points.sensors.empty())
-    dropContradicted(support, picked, area, points, isDropped, execution);
+    dropContradicted(support, picked, area, points, min, isDropped, execution);
   isDropped[std::max_element(area.begin(), area.end()) - area.begin()] = 0;
   for (std::size_t t = 0; t < keep.size(); ++t)
     if (keep[t] && isDropped[componentOf[t]])

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// Finds the components of a mesh that enough points support (trimming).
+/// Finds the components of a mesh that enough points support, and that no line of sight contradicts (trimming).
 #pragma once
 
 #include <pcl/surface/mrf/execution.h>
@@ -19,8 +19,8 @@ struct ObservedMesh {
   const std::vector<std::uint8_t>& supported;
 };
 
-/// Clears the flags of the triangles in components that too few points support. The component with the largest
-/// supported area always stays.
+/// Clears the flags of the triangles in components that too few points support, or that lines of sight contradict; none
+/// if minComponentPoints is below 2. The component with the largest supported area always stays.
 /// \param keep flags of the triangles that form the components
 /// \param isTorn receives whether the kept triangles around some vertex fall into several fans
 /// \return the number of components that it dropped

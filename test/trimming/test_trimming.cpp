@@ -450,6 +450,29 @@ TEST(Trimming, dropsBubblesAroundSinglePointsHoweverLarge)
     EXPECT_TRUE(v.x() < 0 || v.x() > .5f);
 }
 
+TEST(Trimming, aSurfaceThroughWhichALargerOneWasSeenIsNone)
+{
+  // A ball of a few sparse points before a larger one, both seen from above.
+  const shapes::Sdf large = shapes::sphere(.5, {0, 0, -.6}), match = shapes::sphere(.2, {0, 0, .9});
+  PointSet points = shapes::sample(large, 1.2, spacing / 2);
+  for (int n = 0; n < 25; ++n) {
+    const Vector3f normal =
+        Vector3f(.25f * static_cast<float>(n % 5 - 2), .25f * static_cast<float>(n / 5 - 2), 1).normalized();
+    clouds::append(points, Vector3f(0, 0, .9f) + .2f * normal, normal);
+  }
+  Scene scene(shapes::unite(large, match), points, 60);
+  ASSERT_EQ(measure(scene.mesh).components, 2);
+  EXPECT_EQ(scene.trim(Trimming::holes, 100).componentsDropped, 0) << "without a sensor it may be one";
+  scene.observed.sensors = {{0, 0, 4}};
+  const TrimResult result = scene.trim(Trimming::holes, 100);
+  EXPECT_EQ(result.componentsDropped, 1);
+  EXPECT_TRUE(covers(result.mesh, {0, 0, -.1f}));
+  TrimmingOptions all;
+  all.maxHole = 100;
+  all.minComponentPoints = 0;
+  EXPECT_EQ(scene.trim(all).componentsDropped, 0);
+}
+
 TEST(Trimming, aFewCoherentPointsAreASurfaceAndManyThatDisagreeAreNone)
 {
   // Two bubbles as large: at the left 20 points whose normals point anywhere, at the right four in a row that agree.
