@@ -9,7 +9,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <sstream>
+#include <cstdint>
+#include <limits>
+#include <string>
 
 namespace pcl::mrf {
 namespace {
@@ -24,12 +26,12 @@ double opposedSomewhere(std::size_t points)
   return std::max(.002, .5 / std::sqrt(static_cast<double>(points)));
 }
 
-/// Shares of normals that look into the volume that a surface encloses: up to mayLookInside is fine, and above
-/// allLookInside all normals are taken to look inward.
-constexpr double mayLookInside = .1, allLookInside = .75;
+/// Max share of normals that point to the wrong side by chance, and by errors of the test. Above allLookInside all
+/// normals are taken to look into the volume that the surface encloses.
+constexpr double mayDisagree = .1, allLookInside = .75;
 
-/// Max share of hidden points of an object that was seen from outside. A hidden point sees out in no direction.
-constexpr double mayBeHidden = .03;
+/// Max share of hidden points of an object that was seen from outside.
+constexpr double mayBeHidden = .02;
 
 /// Whether a point's normal is the cloud's own.
 bool isGiven(const PreparedPoints& prepared, std::size_t i)
@@ -82,23 +84,33 @@ bool looksOutward(const PointSet& points, const std::vector<Eigen::Vector3f>& no
   return flux >= 0;
 }
 
-/// The share of the normals that look into the volume that the points enclose; 0 if they enclose none, or if turning
-/// them outward leaves more than half as many opposed neighbors, as in foliage. \param opposed see opposedShare
-double inwardShare(const PreparedPoints& prepared, const NeighborSearch& search, double opposed, const Options& options,
-                   const Report& report, Execution& execution)
+/// The share of the given normals that point to the other side than these do.
+double disagreeingShare(const PreparedPoints& prepared, const std::vector<Eigen::Vector3f>& normals)
 {
-  const OrientationResult outward = orientNormals(prepared.points, prepared.normals, search, report.density,
-                                                  OrientationVote::outward, options.orientation, execution);
-  if (outward.sideIsGuessed ||
-      opposedShare(prepared, outward.normals, search) > std::max(opposedSomewhere(prepared.points.size()), opposed / 2))
-    return 0;
-  double inward = 0, given = 0;
+  double disagreeing = 0, given = 0;
   for (std::size_t i = 0; i < prepared.normals.size(); ++i)
     if (isGiven(prepared, i)) {
       ++given;
-      inward += prepared.normals[i].dot(outward.normals[i]) < 0;
+      disagreeing += prepared.normals[i].dot(normals[i]) < 0;
     }
-  return inward / given;
+  return disagreeing / given;
+}
+
+/// How many times farther apart the sparsest points are than the densest, leaving out a twentieth at either end.
+float unevenness(const std::vector<float>& spacings)
+{
+  return spacings.empty() ? 1 : quantile(spacings, .95) / quantile(spacings, .05);
+}
+
+/// Whether the spacings are rather those of a scan from the origin, in proportion to the range.
+bool isSampledFromOrigin(const PointSet& points)
+{
+  constexpr float slack = 1.1f; // where all ranges are about equal
+  const Eigen::Vector3f origin = (-points.offset).cast<float>();
+  std::vector<float> perRange = points.spacings;
+  for (std::size_t i = 0; i < perRange.size(); ++i)
+    perRange[i] /= std::max((points.positions[i] - origin).norm(), std::numeric_limits<float>::min());
+  return unevenness(perRange) <= slack * unevenness(points.spacings);
 }
 
 /// Whether a ray from a point leaves the cloud's box without coming close to a point.
@@ -121,12 +133,13 @@ bool seesOut(const PointSet& points, const NeighborSearch& search, const Boundin
   }
 }
 
-/// The share of the points that cannot be seen from outside if all normals are turned around.
+/// The share of the points that are hardly seen from outside if all normals are turned around.
 double hiddenBehind(const PreparedPoints& prepared, const NeighborSearch& search)
 {
   constexpr std::size_t most = 512;
   constexpr int rings = 4, perRing = 12;
   constexpr float tilt = .25f; // radians from ring to ring
+  constexpr int few = 5;       // directions: a point is seen in more of them
   const PointSet& points = prepared.points;
   const BoundingBox box = boundingBox(points.positions);
   const std::size_t asked = points.spacings.empty() ? 0 : std::min(points.size(), most);
@@ -135,65 +148,96 @@ double hiddenBehind(const PreparedPoints& prepared, const NeighborSearch& search
   for (std::size_t n = 0; n < asked; ++n) {
     const std::size_t i = n * points.size() / asked;
     const Eigen::Vector3f axis = -prepared.normals[i], across = axis.unitOrthogonal(), third = axis.cross(across);
-    bool isOut = axis.isZero() || seesOut(points, search, box, i, axis, nearest);
-    for (int k = 0; k < rings * perRing && !isOut; ++k) {
+    if (axis.isZero())
+      continue;
+    int out = seesOut(points, search, box, i, axis, nearest) ? 1 : 0;
+    for (int k = 0; k < rings * perRing && out <= few; ++k) {
       const float angle = tilt * static_cast<float>(1 + k / perRing),
                   turn = 2 * static_cast<float>(EIGEN_PI) * static_cast<float>(k) / perRing;
-      isOut = seesOut(points, search, box, i,
-                      std::cos(angle) * axis + std::sin(angle) * (std::cos(turn) * across + std::sin(turn) * third),
-                      nearest);
+      out += seesOut(points, search, box, i,
+                     std::cos(angle) * axis + std::sin(angle) * (std::cos(turn) * across + std::sin(turn) * third),
+                     nearest);
     }
-    hidden += isOut ? 0 : 1;
+    hidden += out <= few ? 1 : 0;
   }
   return asked > 0 ? static_cast<double>(hidden) / static_cast<double>(asked) : 0;
 }
 
+/// The share of the normals whose sign is unlike that of most others of the same smooth piece of surface.
+double minorityOfPieces(const PreparedPoints& prepared, const NeighborSearch& search, const Options& options,
+                        const Report& report, Execution& execution)
+{
+  OrientationOptions withoutCreases = options.orientation;
+  withoutCreases.joinAcrossCreases = false;
+  return orientNormals(prepared.points, prepared.normals, search, report.density, OrientationVote::outward,
+                       withoutCreases, execution)
+      .minorityShare;
+}
+
 } // namespace
+
+bool isUneven(const PointSet& points)
+{
+  constexpr float even = 2.1f;
+  return unevenness(points.spacings) > even;
+}
 
 bool isSeenFromOrigin(const std::vector<Eigen::Vector3f>& positions, const std::vector<Eigen::Vector3f>& normals,
                       const Eigen::Vector3d& offset, Execution& execution)
 {
   constexpr std::int64_t oneIn = 1000; // normal may look past the origin
+  constexpr float grazing = .01f;      // cosine of a normal that looks neither there nor past it
   const Eigen::Vector3f origin = (-offset).cast<float>();
   const BoundingBox box = boundingBox(positions);
   if ((origin - (box.lower + box.upper) / 2).norm() > maxDiagonals * box.diagonal())
     return false;
   std::vector<std::uint8_t> looksThere(positions.size(), 1);
   const std::int64_t others = dropWhere(
-      looksThere, [&](std::size_t i) { return normals[i].dot(origin - positions[i]) <= 0; }, execution);
+      looksThere,
+      [&](std::size_t i) {
+        const Eigen::Vector3f sight = origin - positions[i];
+        return normals[i].dot(sight) <= -grazing * sight.norm();
+      },
+      execution);
   return others * oneIn <= static_cast<std::int64_t>(positions.size());
 }
 
-bool areSignsWrong(const PreparedPoints& prepared, const NeighborSearch& search, const Options& options, Report& report,
-                   Execution& execution)
+GivenSigns judgeSigns(const PreparedPoints& prepared, const NeighborSearch& search, const Options& options,
+                      Report& report, Execution& execution)
 {
   const PointSet& points = prepared.points;
+  const auto areWrong = [&](double share, const std::string& what) {
+    report.warnings.push_back(std::to_string(std::lround(100 * share)) + " % of the normals " + what +
+                              ": all were turned anew; normals.source = use keeps them");
+    return GivenSigns::wrong;
+  };
   const double opposed = opposedShare(prepared, prepared.normals, search);
-  std::ostringstream text;
-  if (opposed > opposedAtRandom) {
-    text << std::lround(100 * opposed) << " % of the normals point to the other side than their neighbors'";
-  } else {
-    if (!points.sensors.empty())
-      return false;
-    const bool isFromOrigin = isSeenFromOrigin(points.positions, prepared.normals, points.offset, execution);
-    const bool isConsistent = opposed <= opposedSomewhere(points.size());
-    if (isConsistent && !isFromOrigin && looksOutward(points, prepared.normals))
-      return false;
-    const BoundingBox box = boundingBox(points.positions);
-    const Eigen::Array3f origin = (-points.offset).cast<float>();
-    if (isConsistent && isFromOrigin && (origin > box.lower.array()).all() && (origin < box.upper.array()).all())
-      return false;
-    const double inward = inwardShare(prepared, search, opposed, options, report, execution);
-    // The normals of rooms look inward as well. A sensor outside would not have seen the objects in a room.
-    const bool isAll = !isFromOrigin && inward > allLookInside;
-    if (inward <= mayLookInside || (isAll && hiddenBehind(prepared, search) > mayBeHidden))
-      return false;
-    text << std::lround(100 * inward) << " % of the normals look into what the points enclose"
-         << (isFromOrigin ? ", all at the origin as if a sensor had been there" : "");
+  if (opposed > opposedAtRandom)
+    return areWrong(opposed, "point to the other side than their neighbors'");
+  if (!points.sensors.empty())
+    return GivenSigns::right;
+  const bool isConsistent = opposed <= opposedSomewhere(points.size());
+  const bool isFromOrigin = isSeenFromOrigin(points.positions, prepared.normals, points.offset, execution);
+  if (isFromOrigin ? isSampledFromOrigin(points) : isConsistent && looksOutward(points, prepared.normals))
+    return GivenSigns::right;
+  const OrientationResult outward = orientNormals(points, prepared.normals, search, report.density,
+                                                  OrientationVote::outward, options.orientation, execution);
+  if (opposedShare(prepared, outward.normals, search) > std::max(opposedSomewhere(points.size()), opposed / 2))
+    return GivenSigns::right; // as in foliage: nothing better is known
+  const std::string toOrigin = isFromOrigin ? ", all at the origin as if a sensor had been there" : "";
+  const double inward = disagreeingShare(prepared, outward.normals);
+  if (outward.sideIsGuessed || isUneven(points)) {
+    const double minority = minorityOfPieces(prepared, search, options, report, execution);
+    if (minority <= mayDisagree)
+      return GivenSigns::right;
+    areWrong(minority, "point to the other side than most do on the same surface" + toOrigin);
+    return !outward.sideIsGuessed && inward > .5 ? GivenSigns::mostlyInward : GivenSigns::wrong;
   }
-  text << ": all were turned anew; normals.source = use keeps them";
-  report.warnings.push_back(text.str());
-  return true;
+  // The normals of rooms look inward as well. A sensor outside would not have seen the objects in a room.
+  const bool mayBeRoom = inward > allLookInside && (isConsistent || !isFromOrigin);
+  if (inward <= mayDisagree || (mayBeRoom && hiddenBehind(prepared, search) > mayBeHidden))
+    return GivenSigns::right;
+  return areWrong(inward, "look into what the points enclose" + toOrigin);
 }
 
 } // namespace pcl::mrf

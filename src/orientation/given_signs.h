@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// Tells whether the signs of the normals that came with a cloud are plausible (ours).
+/// Tells whether the signs of the normals that came with a cloud are plausible, and the spacing of its points (ours).
 #pragma once
 
 #include "points/preprocessing.h"
@@ -11,17 +11,31 @@
 
 #include <Eigen/Core>
 
+#include <cstdint>
 #include <vector>
 
 namespace pcl::mrf {
 
-/// True, with a warning, if the signs of the given normals are errors: a quarter of the neighbors on smooth surface
-/// have opposite signs; or the points enclose a volume, no sensor is known, and more than a tenth of the normals look
-/// into it. In a room all normals look inward; the objects that stand in it tell it from an object. See src/method.md.
-/// \param search holds the points. Cost: some thousand queries; if there are doubts, an orientation as well; if all
+/// What is to be done with the signs of given normals.
+enum class GivenSigns : std::uint8_t {
+  right,       ///< they stay
+  wrong,       ///< they are found anew, as those of estimated normals are
+  mostlyInward ///< the same, but the surface is seen from within, as most of its normals tell
+};
+
+/// Judges the given normals' signs. They are errors, with a warning, if
+/// - a quarter of the neighbors on smooth surface have opposite signs; or no sensor is known, and
+/// - the points enclose a volume, and more than a tenth of the normals look into it; or
+/// - of each smooth piece of an open surface, or of one that may be seen from within, a tenth contradicts the majority.
+/// In a room all normals look inward. Uneven spacing, and objects in it, tell it from an object. See src/method.md.
+/// \param search holds the points. Cost: some thousand queries; if there are doubts, two orientations as well; if all
 /// normals look inward, some hundred thousand queries.
-bool areSignsWrong(const PreparedPoints& prepared, const NeighborSearch& search, const Options& options, Report& report,
-                   Execution& execution);
+GivenSigns judgeSigns(const PreparedPoints& prepared, const NeighborSearch& search, const Options& options,
+                      Report& report, Execution& execution);
+
+/// Whether the spacings differ as those of a scan from amid the points do: more than 2.1 times between their 5 % and
+/// 95 % quantiles. Scans of an object from around it, and samples of a mesh, have 1.4 to 1.9.
+bool isUneven(const PointSet& points);
 
 /// Whether the normals tell that a sensor was at the origin: all but one in 1,000 look at it. Half of the normals of a
 /// closed surface would look away from it. An origin more than 100 diagonals away, as a survey's, does not count.

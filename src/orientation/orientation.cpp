@@ -299,7 +299,10 @@ public:
     const Partition components(points_.size(), [&](std::uint32_t i) { return forest.root(i); });
     countComponents(components);
     result_.normals = normals_;
-    turnWhere(flipsOf(components, forest));
+    const std::vector<std::uint8_t> flips = flipsOf(components, forest);
+    result_.minorityShare = static_cast<double>(std::count(flips.begin(), flips.end(), std::uint8_t{1})) /
+                            static_cast<double>(flips.size());
+    turnWhere(flips);
     const Voters voters(points_, result_.normals, areas_, components, vote_);
     turnComponents(components, voters);
     if (piecesVote_)

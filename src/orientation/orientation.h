@@ -18,6 +18,7 @@ float resolvedNeighborDistance(const OrientationOptions& options, const Sampling
 struct OrientationResult : OrientationSummary {
   std::vector<Eigen::Vector3f> normals; ///< consistently oriented, unit; one per point
   std::vector<std::uint8_t> keep;       ///< 0 for points of small components
+  double minorityShare = 0;             ///< of the points: sign unlike that of most points of their component
 
   const OrientationSummary& summary() const { return *this; }
 };

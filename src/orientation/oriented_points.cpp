@@ -14,6 +14,7 @@
 
 #include <cmath>
 #include <sstream>
+#include <string>
 #include <utility>
 
 namespace pcl::mrf {
@@ -28,23 +29,29 @@ OrientationVote chooseVote(const PointSet& points, const Options& options, const
   return points.sensors.empty() ? OrientationVote::outward : OrientationVote::sensor;
 }
 
-void warnOfGuess(const Options& options, Report& report)
+/// \param what what is known of the surface, and which side was taken
+void warnOfGuess(const std::string& what, const Options& options, Report& report)
 {
-  std::ostringstream text;
-  text << "the surface is open (" << std::lround(100 * report.orientation.openShare)
-       << " % of it encloses no volume), and nothing tells which side is the outside: the side that was taken is a "
-          "guess; give the sensor's position (RawCloud::sensors), a cloud that knows its sensor origin, or "
-       << (options.normals.source == NormalSource::estimate
-               ? "take its normals if it has good ones (normals.source = auto)"
-               : "normals");
-  report.warnings.push_back(text.str());
+  report.warnings.push_back(
+      what + "; give the sensor's position (RawCloud::sensors), a cloud that knows its sensor origin, or " +
+      (options.normals.source == NormalSource::estimate ? "take its normals if it has good ones (normals.source = auto)"
+                                                        : "normals"));
 }
 
-void warnOfDisagreement(const Options& options, Report& report)
+void warnOfDisagreement(const PointSet& points, const Options& options, Report& report)
 {
   // If the side is a guess, the agreement of the votes means nothing.
   if (report.orientation.sideIsGuessed)
-    return warnOfGuess(options, report);
+    return warnOfGuess("the surface is open (" + std::to_string(std::lround(100 * report.orientation.openShare)) +
+                           " % of it encloses no volume), and nothing tells which side is the outside: the side that "
+                           "was taken is a guess",
+                       options, report);
+  if (report.vote == OrientationVote::outward && !report.signsOpposed && isUneven(points)) {
+    report.orientation.sideIsGuessed = true;
+    return warnOfGuess("the points are spaced as a sensor amid them would space them, but nothing tells that they were "
+                       "seen from within: the outside of what they enclose was taken, which is a guess",
+                       options, report);
+  }
   constexpr double lowAgreement = .75;
   // The outward vote is right for a surface that encloses a volume, even if many normals look inward, as in a mug.
   if (report.vote == OrientationVote::none || report.vote == OrientationVote::outward ||
@@ -97,8 +104,10 @@ OrientedPoints orientPoints(PreparedPoints prepared, const Options& options, Nei
                             Execution& execution)
 {
   PointSet& points = prepared.points;
-  report.signsOpposed = !report.normalsEstimated && options.normals.source == NormalSource::automatic &&
-                        areSignsWrong(prepared, search, options, report, execution);
+  const GivenSigns signs = !report.normalsEstimated && options.normals.source == NormalSource::automatic
+                               ? judgeSigns(prepared, search, options, report, execution)
+                               : GivenSigns::right;
+  report.signsOpposed = signs != GivenSigns::right;
   report.vote = chooseVote(points, options, report);
   report.sensorOriginUsed = report.vote == OrientationVote::sensor && points.hasSensorOrigin;
   OrientationResult oriented;
@@ -108,8 +117,11 @@ OrientedPoints orientPoints(PreparedPoints prepared, const Options& options, Nei
         orientNormals(points, prepared.normals, search, report.density, report.vote, options.orientation, execution);
     report.orientation = oriented.summary();
   }
+  if (signs == GivenSigns::mostlyInward)
+    for (Eigen::Vector3f& normal : oriented.normals)
+      normal = -normal;
   prepared.normals = std::vector<Eigen::Vector3f>(); // {} would keep their memory
-  warnOfDisagreement(options, report);
+  warnOfDisagreement(points, options, report);
   report.points.smallComponents = report.orientation.pointsDropped;
   if (!report.normalsEstimated && report.vote == OrientationVote::reference)
     for (std::size_t i = 0; i < points.size(); ++i)

@@ -2,6 +2,8 @@
 // Input that cannot be reconstructed, or only in part: each case fails clearly or counts what it drops.
 #include "support/contract.h"
 
+#include <pcl/common/io.h>
+
 #include <cmath>
 #include <functional>
 #include <limits>
@@ -212,6 +214,92 @@ TEST(BadInput, NormalsThatAreRightStay)
       EXPECT_NEAR(mrf.getReport().mesh.volume, volume, .1);
     }
   }
+}
+
+constexpr float eggVolume = 4.f / 3 * static_cast<float>(M_PI) * 2 * 1 * .8f;
+
+/// 6000 points of an ellipsoid around the origin. \param densityOf relative, up to 1
+Cloud::Ptr eggCloud(const std::function<float(const Eigen::Vector3f&)>& densityOf)
+{
+  const Eigen::Vector3f half(2, 1, .8f);
+  std::mt19937 random(1);
+  std::normal_distribution<float> normal;
+  std::uniform_real_distribution<float> uniform(0, 1);
+  const Cloud::Ptr cloud(new Cloud);
+  while (cloud->size() < 6000) {
+    const Eigen::Vector3f direction(Eigen::Vector3f::NullaryExpr([&] { return normal(random); }).normalized());
+    const Eigen::Vector3f at = direction.cwiseProduct(half), outward = direction.cwiseQuotient(half);
+    if (uniform(random) > densityOf(at) * half.minCoeff() * outward.norm()) // even for a density of 1
+      continue;
+    pcl::PointNormal point(at.x(), at.y(), at.z());
+    point.getNormalVector3fMap() = outward.normalized();
+    cloud->push_back(point);
+  }
+  return cloud;
+}
+
+void turnNormalsTo(const Eigen::Vector3f& viewpoint, Cloud& cloud)
+{
+  for (pcl::PointNormal& point : cloud)
+    if (point.getNormalVector3fMap().dot(viewpoint - point.getVector3fMap()) < 0)
+      point.getNormalVector3fMap() *= -1;
+}
+
+/// Normals turned to where no sensor was, and to where one may have been. The spacings tell which.
+TEST(BadInput, SpacingTellsWhereASensorMayHaveBeen)
+{
+  const Eigen::Vector3f station(-1.5f, .2f, .1f);
+  const auto even = [](const Eigen::Vector3f&) { return 1.f; };
+  const auto asScanned = [&](const Eigen::Vector3f& at) { return .2f / (at - station).squaredNorm(); };
+  const struct {
+    const char* name;
+    Cloud::Ptr cloud;
+    Eigen::Vector3f viewpoint; ///< that all normals are turned to
+    bool opposed;
+    double volume;
+  } cases[] = {{"an object around the origin", eggCloud(even), {0, 0, 0}, true, eggVolume},
+               {"a room that is seen from within", eggCloud(asScanned), station, false, -eggVolume},
+               {"a room, and a viewpoint outside of it", eggCloud(asScanned), {0, 1.5f, 0}, true, -eggVolume}};
+  for (const auto& given : cases) {
+    SCOPED_TRACE(given.name);
+    turnNormalsTo(given.viewpoint, *given.cloud);
+    On<pcl::PointNormal> mrf(given.cloud);
+    run(mrf);
+    EXPECT_EQ(mrf.getReport().signsOpposed, given.opposed);
+    EXPECT_EQ(mrf.getReport().warnings.size(), given.opposed ? 1u : 0u);
+    EXPECT_NEAR(mrf.getReport().mesh.volume, given.volume, .1);
+  }
+  const pcl::PointCloud<pcl::PointXYZ>::Ptr positions(new pcl::PointCloud<pcl::PointXYZ>);
+  pcl::copyPointCloud(*cases[1].cloud, *positions);
+  On<pcl::PointXYZ> bare(positions);
+  run(bare);
+  EXPECT_TRUE(bare.getReport().orientation.sideIsGuessed);
+  ASSERT_EQ(bare.getReport().warnings.size(), 1u);
+  EXPECT_NE(bare.getReport().warnings[0].find("a sensor amid them"), std::string::npos);
+}
+
+TEST(BadInput, TerrainWhoseNormalsAreTurnedToAPointInItFacesUp)
+{
+  std::mt19937 random(1);
+  std::uniform_real_distribution<float> uniform(-20, 20);
+  const Cloud::Ptr cloud(new Cloud);
+  while (cloud->size() < 6000) {
+    const float x = uniform(random), y = uniform(random);
+    pcl::PointNormal point(x, y, 2 * std::sin(x / 5));
+    point.getNormalVector3fMap() = Eigen::Vector3f(-.4f * std::cos(x / 5), 0, 1).normalized();
+    cloud->push_back(point);
+  }
+  turnNormalsTo(Eigen::Vector3f::Zero(), *cloud);
+  On<pcl::PointNormal> mrf(cloud);
+  const pcl::mrf::TriangleMesh mesh = run(mrf);
+  EXPECT_TRUE(mrf.getReport().signsOpposed);
+  EXPECT_EQ(mrf.getReport().warnings.size(), 2u) << "also that the side is a guess";
+  Eigen::Vector3f area = Eigen::Vector3f::Zero();
+  for (const auto& triangle : mesh.triangles) {
+    const Eigen::Vector3f& a = mesh.vertices[triangle[0]];
+    area += (mesh.vertices[triangle[1]] - a).cross(mesh.vertices[triangle[2]] - a) / 2;
+  }
+  EXPECT_GT(area.z(), .97f * 40 * 40);
 }
 
 TEST(BadInput, NormalsThatAreAllZeroAreEstimated)
