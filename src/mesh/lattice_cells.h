@@ -2,7 +2,10 @@
 /// Helpers of the polygonizers: the signs at the corners of 64 cells at a time, and zero crossings on lattice edges.
 #pragma once
 
+#include "mesh/cell_cases.h"
+
 #include <pcl/surface/mrf/distance_field.h>
+#include <pcl/surface/mrf/triangle_mesh.h>
 
 #include <algorithm>
 #include <array>
@@ -44,6 +47,22 @@ struct CellWord {
     return signs;
   }
 };
+
+/// Calls add(triangle) for the triangles of a cell. A quad is cut along its shorter diagonal.
+/// \param vertexOn vertex on an edge of the cell \param vertices positions, by vertex
+template <typename VertexOn, typename Add>
+void forTrianglesOf(const CellCase& cell, const std::vector<Eigen::Vector3f>& vertices, const VertexOn& vertexOn,
+                    const Add& add)
+{
+  for (const auto& quad : cell.quads) {
+    const std::int32_t a = vertexOn(quad[0]), b = vertexOn(quad[1]), c = vertexOn(quad[2]), d = vertexOn(quad[3]);
+    const bool alongAc = (vertices[a] - vertices[c]).squaredNorm() <= (vertices[b] - vertices[d]).squaredNorm();
+    add(Triangle{a, b, alongAc ? c : d});
+    add(Triangle{alongAc ? a : b, c, d});
+  }
+  for (const auto& triangle : cell.triangles)
+    add(Triangle{vertexOn(triangle[0]), vertexOn(triangle[1]), vertexOn(triangle[2])});
+}
 
 /// Positions where edges of a lattice, or lines of several edges, cross the zero level.
 class EdgeCrossings {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "mesh/octree_polygonizer.h"
+#include "mesh/polygonizer.h"
 
 #include "base/cell_hash.h"
 #include "base/loops.h"
@@ -337,28 +337,16 @@ private:
     return vertexOf_[n];
   }
 
-  float squaredLength(std::int32_t a, std::int32_t b) const
-  {
-    return (mesh_.vertices[a] - mesh_.vertices[b]).squaredNorm();
-  }
-
   /// Adds the triangles of a cell that touches no smaller cells.
   void addCase(std::size_t signs, const Place& lowest, std::int64_t side)
   {
-    const CellCase& cell = table_.cases[signs];
-    const auto vertex = [&](std::uint8_t e) {
+    const auto vertexOn = [&](std::uint8_t e) {
       const CellEdge edge = table_.edges[e];
       const Place start = lowest + side * offset(edge.corner);
       return vertexBetween(start, start + side * unit(edge.axis));
     };
-    for (const auto& quad : cell.quads) {
-      const std::int32_t a = vertex(quad[0]), b = vertex(quad[1]), c = vertex(quad[2]), d = vertex(quad[3]);
-      const bool alongAc = squaredLength(a, c) <= squaredLength(b, d);
-      mesh_.triangles.push_back({a, b, alongAc ? c : d});
-      mesh_.triangles.push_back({alongAc ? a : b, c, d});
-    }
-    for (const auto& triangle : cell.triangles)
-      mesh_.triangles.push_back({vertex(triangle[0]), vertex(triangle[1]), vertex(triangle[2])});
+    forTrianglesOf(table_.cases[signs], mesh_.vertices, vertexOn,
+                   [&](const Triangle& triangle) { mesh_.triangles.push_back(triangle); });
   }
 
   /// A zero crossing on an edge of a cell: its vertex, and bits of the cell's faces that contain the vertex.
@@ -458,7 +446,9 @@ private:
     if (loop.size() < 3)
       return; // a line there and back along an edge crossed twice: its other cells meet there
     const LoopTriangles triangles = triangulateLoop(loop.size(), [&](std::size_t a, std::size_t b) {
-      return loop[a].faces & loop[b].faces ? infinity : squaredLength(loop[a].vertex, loop[b].vertex);
+      return loop[a].faces & loop[b].faces
+                 ? infinity
+                 : (mesh_.vertices[loop[a].vertex] - mesh_.vertices[loop[b].vertex]).squaredNorm();
     });
     for (const auto& [a, b, c] : triangles)
       mesh_.triangles.push_back({loop[a].vertex, loop[b].vertex, loop[c].vertex});

@@ -4,7 +4,6 @@
 #include "mesh/cell_cases.h"
 #include "mesh/lattice_cells.h"
 #include "mesh/mesh_topology.h"
-#include "mesh/octree_polygonizer.h"
 
 #include <pcl/surface/mrf/exceptions.h>
 
@@ -239,24 +238,12 @@ private:
   void writeTriangles(const SignBits& signs, const CutEdges& edges, int k, Triangle* out)
   {
     forEachCutCell(signs, k, [&](const CellCase& cell, int i, int j) {
-      const auto vertex = [&](std::uint8_t e) {
+      const auto vertexOn = [&](std::uint8_t e) {
         const CellEdge edge = table_.edges[e];
         return edges.number(i + (edge.corner & 1), j + (edge.corner >> 1 & 1), k + (edge.corner >> 2 & 1), edge.axis);
       };
-      for (const auto& quad : cell.quads) {
-        const std::int32_t a = vertex(quad[0]), b = vertex(quad[1]), c = vertex(quad[2]), d = vertex(quad[3]);
-        const bool alongAc = squaredLength(a, c) <= squaredLength(b, d);
-        *out++ = {a, b, alongAc ? c : d};
-        *out++ = {alongAc ? a : b, c, d};
-      }
-      for (const auto& triangle : cell.triangles)
-        *out++ = {vertex(triangle[0]), vertex(triangle[1]), vertex(triangle[2])};
+      forTrianglesOf(cell, mesh_.vertices, vertexOn, [&](const Triangle& triangle) { *out++ = triangle; });
     });
-  }
-
-  float squaredLength(std::int32_t a, std::int32_t b) const
-  {
-    return (mesh_.vertices[a] - mesh_.vertices[b]).squaredNorm();
   }
 
   const DistanceField& field_;

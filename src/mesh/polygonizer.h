@@ -19,4 +19,10 @@ namespace pcl::mrf {
 /// Cost: linear in the number of cells. The result does not depend on the number of threads.
 TriangleMesh polygonize(const DistanceField& field, Execution& execution);
 
+/// polygonize() for a field with coarser bands. A cell has the size of the voxels of the band that holds it: a power of
+/// two times the finest. Cells of different sizes use the same vertices on the edges that they share, and the same
+/// segments between them, so that the mesh has no cracks.
+/// \pre the field's axes are in the order of its storage, and it has a coarser band
+TriangleMesh polygonizeOctree(const DistanceField& field, Execution& execution);
+
 } // namespace pcl::mrf
