@@ -13,11 +13,12 @@ namespace {
 /// Sets the change of the tile's own planes: the solution minus the interpolation.
 void setChange(const TileInput& tile, const LevelField& field, TileResult& result, Execution& execution)
 {
-  result.changed = cutPlanes(field.unknowns, tile.begin, tile.end - tile.begin, execution);
-  result.change.resize(static_cast<std::size_t>(result.changed.count()));
+  const int begin = tile.tile.step.begin, end = tile.tile.step.end;
+  result.changed = cutPlanes(field.unknowns, begin, end - begin, execution);
+  result.change.resize(result.changed.count());
   const PackedValues guess = interpolated(tile.coarse, field.lattice, field.unknowns, execution);
-  const std::int64_t before = field.unknowns.planeFirst(tile.begin);
-  for (int z = tile.begin; z < tile.end; ++z)
+  const std::int64_t before = field.unknowns.planeFirst(begin);
+  for (int z = begin; z < end; ++z)
     forEachPair(field.unknowns, field.support, z, [&](std::int64_t inner, std::int64_t outer, std::int64_t count) {
       for (std::int64_t i = 0; i < count; ++i)
         result.change[static_cast<std::size_t>(inner - before + i)] =
@@ -33,15 +34,12 @@ TileResult solve(TileInput input, Execution& execution)
   LevelObservation observation;
   observation.samples = &samples;
   observation.weights = input.weights;
-  BandTile tile{input.isCutBelow, input.isCutAbove, std::move(input.found), {}};
-  tile.step.begin = input.begin;
-  tile.step.end = input.end;
   LevelReport report;
-  LevelField field = solveNarrowBand({input.lattices, 1, observation, input.prior, &tile}, input.coarse, input.plan,
-                                     input.solver, report, execution);
+  LevelField field = solveNarrowBand({input.lattices, 1, observation, input.prior, &input.tile}, input.coarse,
+                                     input.plan, input.solver, report, execution);
   TileResult result;
   setChange(input, field, result, execution);
-  result.step = tile.step;
+  result.step = input.tile.step;
   result.observed = std::move(field.observed);
   result.solve = std::move(report.solve);
   return result;
@@ -92,7 +90,7 @@ template <typename Archive>
 void serialize(Archive& archive, TileInput& tile, unsigned)
 {
   serializeAll(archive, tile.lattices, tile.coarse, tile.samples, tile.weights, tile.prior, tile.plan, tile.solver,
-               tile.isCutBelow, tile.isCutAbove, tile.found, tile.begin, tile.end);
+               tile.tile.isCutBelow, tile.tile.isCutAbove, tile.tile.found, tile.tile.step.begin, tile.tile.step.end);
 }
 
 template <typename Archive>

@@ -4,7 +4,6 @@
 
 #include "levels/narrow_band.h"
 
-#include <cstdint>
 #include <functional>
 #include <string>
 #include <vector>
@@ -20,9 +19,7 @@ struct TileInput {
   Prior prior = Prior::triharmonic;
   LevelPlan plan = {0, 0, 0}; ///< 0 threads: as many as the Execution has
   SolverOptions solver;
-  bool isCutBelow = false, isCutAbove = false; ///< \see BandTile
-  VoxelSet found;                              ///< likewise
-  int begin = 0, end = 0;                      ///< the tile's own planes of its grid
+  BandTile tile;
 };
 
 struct TileResult {

@@ -223,11 +223,9 @@ private:
     input.prior = level_.prior;
     input.plan = plan_;
     input.solver = solver_;
-    input.isCutBelow = place.fine.begin > 0;
-    input.isCutAbove = place.fine.end < fine().size.z;
-    input.found = foundBefore(place);
-    input.begin = place.own.begin;
-    input.end = place.own.end;
+    input.tile = {place.fine.begin > 0, place.fine.end < fine().size.z, foundBefore(place), {}};
+    input.tile.step.begin = place.own.begin;
+    input.tile.step.end = place.own.end;
     return input;
   }
 
