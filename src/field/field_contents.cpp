@@ -78,11 +78,10 @@ DistanceField FieldContents::toPiece() &&
 {
   if (background.empty())
     return DistanceField(lattice, std::move(distances), {});
-  auto banded = std::make_shared<BandedDistances>();
-  banded->background = std::move(background.front()).toPiece();
-  banded->band = std::move(band);
-  banded->values = std::move(values);
-  return DistanceField(lattice, std::move(banded), axes);
+  return DistanceField(lattice,
+                       std::make_shared<BandedDistances>(BandedDistances{
+                           std::move(band), std::move(values), {}, std::move(background.front()).toPiece()}),
+                       axes);
 }
 
 DistanceField FieldContents::toField(std::vector<FieldContents> pieces)

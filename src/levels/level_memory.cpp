@@ -259,6 +259,13 @@ bool mayBeTiled(const Workload& workload, int bands)
   return bands > 1 && workload.reach == 0 && workload.solver.maxIterations <= 1;
 }
 
+std::int64_t maxDenseVoxels(const MultiscaleOptions& options, const Workload& workload)
+{
+  return solvesPlainly(workload.solver, workload.prior, workload.reach == 0)
+             ? std::numeric_limits<std::int64_t>::max()
+             : resolvedDenseVoxels(options, static_cast<std::size_t>(workload.points));
+}
+
 double predictedBytes(const BoundingBox& box, double side, const Workload& workload, const MultiscaleOptions& options,
                       int threads)
 {
@@ -270,7 +277,8 @@ double predictedBytes(const BoundingBox& box, double side, const Workload& workl
   const GridSize finest = size;
   double voxelSide = side;
   int bands = 0;
-  for (; !isCoarsest(size) && size.count() > options.denseVoxels; ++bands, voxelSide *= 2)
+  const std::int64_t denseVoxels = maxDenseVoxels(options, workload);
+  for (; !isCoarsest(size) && size.count() > denseVoxels; ++bands, voxelSide *= 2)
     size = size.coarsened();
   const bool isTiled = workload.isTiled && mayBeTiled(workload, bands);
   double max = bands == 0 ? 0

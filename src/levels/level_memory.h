@@ -22,8 +22,12 @@ Workload workloadOf(std::size_t points, float spacing, const PriorOptions& prior
 /// first level in a band. \param bands number of levels in bands
 bool mayBeTiled(const Workload& workload, int bands);
 
+/// Max number of voxels of a dense level: all levels are dense for the solvers and the energy that bands do not
+/// support.
+std::int64_t maxDenseVoxels(const MultiscaleOptions& options, const Workload& workload);
+
 /// Peak bytes of solving a box with voxels of this side at the finest level, besides what is held before; infinite for
-/// too many voxels. Parameters as for planLevels; the options' denseVoxels decide between dense levels and bands.
+/// too many voxels. Parameters as for planLevels.
 double predictedBytes(const BoundingBox& box, double side, const Workload& workload, const MultiscaleOptions& options,
                       int threads);
 

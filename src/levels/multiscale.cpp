@@ -25,7 +25,6 @@
 #include <array>
 #include <cmath>
 #include <functional>
-#include <limits>
 #include <memory>
 #include <optional>
 #include <sstream>
@@ -41,12 +40,8 @@ struct IndexBox {
 
   Lattice toLattice(const Eigen::Vector3d& corner, double spacing) const
   {
-    Lattice lattice;
     const Eigen::Array3i size = upper - lower;
-    lattice.size = {size.x(), size.y(), size.z()};
-    lattice.spacing = spacing;
-    lattice.origin = corner + spacing * (lower.cast<double>() + .5).matrix();
-    return lattice;
+    return {{size.x(), size.y(), size.z()}, corner + spacing * (lower.cast<double>() + .5).matrix(), spacing};
   }
 };
 
@@ -57,9 +52,9 @@ Eigen::Array3d halved(const Eigen::Array3i& index)
 
 std::vector<float> denseConfidences(const Observation& observation)
 {
-  std::vector<float> confidences(static_cast<std::size_t>(observation.lattice.size.count()), 0);
+  std::vector<float> confidences(observation.lattice.size.count(), 0);
   for (std::size_t v = 0; v < observation.voxels.size(); ++v)
-    confidences[static_cast<std::size_t>(observation.voxels[v])] = observation.confidences[v];
+    confidences[observation.voxels[v]] = observation.confidences[v];
   return confidences;
 }
 
@@ -67,23 +62,13 @@ std::vector<float> denseConfidences(const Observation& observation)
 std::vector<float> bandConfidences(const Observation& observation, const VoxelSet& band)
 {
   const GridSize size = observation.lattice.size;
-  std::vector<float> confidences(static_cast<std::size_t>(band.count()), 0);
+  std::vector<float> confidences(band.count(), 0);
   for (std::size_t v = 0; v < observation.voxels.size(); ++v) {
     const Eigen::Array3i voxel = size.voxel(observation.voxels[v]) + gridMargin;
     if (const std::int64_t at = band.find(voxel.x(), voxel.y(), voxel.z()); at >= 0)
-      confidences[static_cast<std::size_t>(at)] = observation.confidences[v];
+      confidences[at] = observation.confidences[v];
   }
   return confidences;
-}
-
-/// The options with denseVoxels set: all levels are dense for the solvers and the energy that bands do not support.
-MultiscaleOptions withDenseLevels(const MultiscaleOptions& options, const Workload& workload)
-{
-  MultiscaleOptions own = options;
-  own.denseVoxels = resolvedDenseVoxels(options, static_cast<std::size_t>(workload.points));
-  if (solvesPlainly(workload.solver, workload.prior, workload.reach == 0))
-    own.denseVoxels = std::numeric_limits<std::int64_t>::max();
-  return own;
 }
 
 /// Steps and coarse grids of the first band, of those between, and of the last of several. A single step weighs short
@@ -195,10 +180,8 @@ public:
 
   TriangleMesh zeroLevel() override
   {
-    const auto banded = std::make_shared<BandedDistances>();
-    banded->background = coarser(distances_);
-    banded->band = std::move(band_.support);
-    banded->values = std::move(band_.values);
+    const auto banded = std::make_shared<BandedDistances>(
+        BandedDistances{std::move(band_.support), std::move(band_.values), {}, coarser(distances_)});
     TriangleMesh mesh = polygonize(DistanceField(lattices_[next_ - 1], banded, axes_), execution_);
     band_.support = std::move(banded->band);
     band_.values = std::move(banded->values);
@@ -242,19 +225,19 @@ private:
     if (!(multiscale.voxelSize > 0))
       multiscale.voxelSize = spacingsPerVoxel(multiscale.quality) * spacing_;
     maxDistance_ = resolvedMaxDistance(options_.observation, spacing_, multiscale.voxelSize);
-    Workload workload = workloadOf(points_->size(), spacing_, options_.prior);
-    workload.reach = options_.observation.atPoints() ? 0 : maxDistance_;
-    workload.solver = options_.solver;
-    multiscale = withDenseLevels(multiscale, workload);
-    lattices_ = planLevels(volume, multiscale.voxelSize, workload, multiscale);
-    workload.isTiled = predictedBytes(volume, multiscale.voxelSize, workload, multiscale, 1) > limit();
-    bandThreads_ = affordableThreads(volume, multiscale.voxelSize, workload, multiscale, execution_.threads());
+    workload_ = workloadOf(points_->size(), spacing_, options_.prior);
+    workload_.reach = options_.observation.atPoints() ? 0 : maxDistance_;
+    workload_.solver = options_.solver;
+    multiscale.denseVoxels = maxDenseVoxels(multiscale, workload_);
+    lattices_ = planLevels(volume, multiscale.voxelSize, workload_, multiscale);
+    workload_.isTiled = predictedBytes(volume, multiscale.voxelSize, workload_, multiscale, 1) > limit();
+    bandThreads_ = affordableThreads(volume, multiscale.voxelSize, workload_, multiscale, execution_.threads());
     result_.predictedBytes =
-        static_cast<std::size_t>(predictedBytes(volume, multiscale.voxelSize, workload, multiscale, bandThreads_));
+        static_cast<std::size_t>(predictedBytes(volume, multiscale.voxelSize, workload_, multiscale, bandThreads_));
     const GridSize finest = lattices_.back().size;
     if (finest.count() > multiscale.denseVoxels)
       axes_ = bandAxes(finest);
-    isTiled_ = workload.isTiled;
+    isTiled_ = workload_.isTiled;
   }
 
   /// Turns the lattices to the stored order, and where voxels are observed points and search. (Samples are made
@@ -339,7 +322,7 @@ private:
 
     const Clock::time_point solverStart = Clock::now();
     if (level == firstLevel_)
-      distances_.assign(static_cast<std::size_t>(lattice.size.count()), 0);
+      distances_.assign(lattice.size.count(), 0);
     else
       distances_ = (options_.multiscale.interpolation == Interpolation::linear ? interpolateLinear : interpolateCubic)(
           distances_, lattices_[level - 1], lattice, execution_);
@@ -481,11 +464,8 @@ private:
 
   int maxTilesOfFinest() const
   {
-    Workload workload;
-    workload.solver = options_.solver;
-    workload.reach = options_.observation.atPoints() ? 0 : maxDistance_;
     const auto bands = static_cast<int>(lattices_.size() - denseLevels_);
-    return mayBeTiled(workload, bands) ? maxTiles(lattices_.back().size.z) : 1;
+    return mayBeTiled(workload_, bands) ? maxTiles(lattices_.back().size.z) : 1;
   }
 
   /// \throw ResourceLimit if the unknowns of the finest level, predicted from those of a coarser one, are too many
@@ -518,17 +498,16 @@ private:
     if (denseLevels_ == lattices_.size())
       return DistanceField(lattice, std::move(distances_),
                            options_.observation.atPoints() ? std::vector<float>() : denseConfidences(finest_));
-    auto banded = std::make_shared<BandedDistances>();
-    banded->background = coarser(std::move(distances_));
-    banded->band = std::move(band_.support);
-    banded->values = std::move(band_.values);
+    auto banded = std::make_shared<BandedDistances>(
+        BandedDistances{std::move(band_.support), std::move(band_.values), {}, coarser(std::move(distances_))});
     if (!options_.observation.atPoints())
       banded->confidences = bandConfidences(finest_, banded->band);
     return DistanceField(lattice, std::move(banded), axes_);
   }
 
   float spacing_, maxDistance_ = 0;
-  Options options_; ///< with denseVoxels for the workload
+  Options options_;   ///< with denseVoxels for the workload
+  Workload workload_; ///< of the whole run
   Execution& execution_;
   const OrientedPoints* points_;
   const NeighborSearch* search_;
@@ -571,10 +550,9 @@ std::int64_t resolvedDenseVoxels(const MultiscaleOptions& options, std::size_t p
 int affordableThreads(const BoundingBox& box, float voxelSize, const Workload& workload,
                       const MultiscaleOptions& options, int threads)
 {
-  const MultiscaleOptions own = withDenseLevels(options, workload);
   const double limit = memoryLimit(options.maxMemory);
   int affordable = threads;
-  while (affordable > 1 && predictedBytes(box, voxelSize, workload, own, affordable) > limit)
+  while (affordable > 1 && predictedBytes(box, voxelSize, workload, options, affordable) > limit)
     --affordable;
   return affordable;
 }
@@ -583,22 +561,13 @@ AxisOrder bandAxes(const GridSize& size)
 {
   constexpr double worthwhile = 1.5;
   std::array<int, 3> byLength{0, 1, 2};
-  const std::array<double, 3> sides{static_cast<double>(size.x), static_cast<double>(size.y),
-                                    static_cast<double>(size.z)};
-  std::stable_sort(byLength.begin(), byLength.end(), [&](int a, int b) {
-    return sides[static_cast<std::size_t>(a)] < sides[static_cast<std::size_t>(b)];
-  });
-  const auto side = [&](int rank) { return sides[static_cast<std::size_t>(byLength[static_cast<std::size_t>(rank)])]; };
+  const Eigen::Array3d sides(size.x, size.y, size.z);
+  std::stable_sort(byLength.begin(), byLength.end(), [&](int a, int b) { return sides[a] < sides[b]; });
+  const auto side = [&](int rank) { return sides[byLength[rank]]; };
   AxisOrder order;
   if (sides[0] * sides[1] > worthwhile * side(1) * side(0) || sides[1] * sides[2] > worthwhile * side(0) * side(2))
     order.axes = {byLength[1], byLength[0], byLength[2]};
   return order;
-}
-
-double predictedMemory(const BoundingBox& box, float voxelSize, const Workload& workload,
-                       const MultiscaleOptions& options, int threads)
-{
-  return predictedBytes(box, voxelSize, workload, withDenseLevels(options, workload), threads);
 }
 
 std::vector<Lattice> planLevels(const BoundingBox& box, float voxelSize, const Workload& workload,
@@ -608,7 +577,7 @@ std::vector<Lattice> planLevels(const BoundingBox& box, float voxelSize, const W
   if (!(voxelSize > 0))
     throw InvalidOption("multiscale.voxelSize = " + std::to_string(voxelSize) +
                         " must be above 0 where levels are planned");
-  checkResources(box, voxelSize, workload, withDenseLevels(options, workload));
+  checkResources(box, voxelSize, workload, options);
 
   const Eigen::Vector3d corner = box.lower.cast<double>();
   const Eigen::Array3d extent = (box.upper - box.lower).cast<double>().array();

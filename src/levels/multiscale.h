@@ -38,7 +38,7 @@ std::int64_t resolvedDenseVoxels(const MultiscaleOptions& options, std::size_t p
 struct MultiscaleResult {
   DistanceField field;
   std::vector<LevelReport> levels; ///< coarsest first
-  std::size_t predictedBytes = 0;  ///< predictedMemory
+  std::size_t predictedBytes = 0;  ///< peak bytes of the levels, as predicted
 };
 
 /// The order of axes in which levels in bands of this size are stored: the natural one, or the longest axis as z and
@@ -55,12 +55,6 @@ struct Workload {
   SolverOptions solver;
   bool isTiled = false; ///< solve the finest level in tiles, if it may be: that takes less memory
 };
-
-/// Predicted peak bytes of the levels, besides what is held before them. Solvers and energies that bands do not support
-/// make every level dense.
-/// \param box, voxelSize, workload as for planLevels
-double predictedMemory(const BoundingBox& box, float voxelSize, const Workload& workload,
-                       const MultiscaleOptions& options, int threads);
 
 /// The nested lattices of the levels, coarsest first. Voxel sides double from level to level and voxel faces coincide.
 /// \param box that they cover, with the padding around it

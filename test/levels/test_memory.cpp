@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "benchmark/heap.h"
 #include "field/prior.h"
+#include "levels/level_memory.h"
 #include "levels/multiscale.h"
 #include "observation/observation.h"
 #include "support/clouds.h"
@@ -52,8 +53,8 @@ struct SphereRun {
     workload.reach = options.observation.atPoints() ? 0 : reach;
     workload.prior = options.prior;
     workload.solver = options.solver;
-    return predictedMemory(boundingBox(points.positions), options.multiscale.voxelSize, workload, options.multiscale,
-                           threads);
+    return predictedBytes(boundingBox(points.positions), options.multiscale.voxelSize, workload, options.multiscale,
+                          threads);
   }
 
   /// Peak bytes of the heap, beside what was taken before.
