@@ -12,67 +12,61 @@
 #include <exception>
 #include <filesystem>
 #include <system_error>
-#include <type_traits>
 
 namespace pcl::mrf {
 namespace {
 
 namespace fs = std::filesystem;
 
-/// The type as which a field is written. 64-bit integers become doubles, as files have no such integers.
-std::uint8_t writtenType(const VertexField& field, bool inSinglePrecision)
+/// How the values of a type are written.
+struct FieldType {
+  std::uint8_t type;     ///< of pcl::PCLPointField
+  const char *ply, *vtk; ///< names in the files
+  void (*write)(const char* value, ByteWriter& file);
+};
+
+template <typename Stored, typename Written = Stored>
+void write(const char* value, ByteWriter& file)
 {
-  switch (field.type) {
-  case PCLPointField::BOOL:
-    return PCLPointField::UINT8;
-  case PCLPointField::INT64:
-  case PCLPointField::UINT64:
-    return PCLPointField::FLOAT64;
-  case PCLPointField::FLOAT64:
-    return inSinglePrecision ? PCLPointField::FLOAT32 : PCLPointField::FLOAT64;
-  default:
-    return field.type;
-  }
+  Stored number;
+  std::memcpy(&number, value, sizeof(number));
+  file.value(static_cast<Written>(number));
 }
 
-void writeValue(const VertexField& field, std::size_t vertex, bool inSinglePrecision, ByteWriter& file)
+/// Files have no integers of 64 bits: they become doubles.
+const FieldType& typeOf(const VertexField& field, bool inSinglePrecision)
 {
-  const char* const place = static_cast<const char*>(field.values) + vertex * field.stride;
-  const auto as = [&](auto number) {
-    using Number = decltype(number);
-    std::memcpy(&number, place, sizeof(number));
-    if constexpr (std::is_integral_v<Number> && sizeof(Number) == 8)
-      file.value(static_cast<double>(number));
-    else if (std::is_same_v<Number, double> && inSinglePrecision)
-      file.value(static_cast<float>(number));
-    else
-      file.value(number);
-  };
-  switch (field.type) {
-  case PCLPointField::INT8:
-    return as(std::int8_t{});
-  case PCLPointField::BOOL:
-  case PCLPointField::UINT8:
-    return as(std::uint8_t{});
-  case PCLPointField::INT16:
-    return as(std::int16_t{});
-  case PCLPointField::UINT16:
-    return as(std::uint16_t{});
-  case PCLPointField::INT32:
-    return as(std::int32_t{});
-  case PCLPointField::UINT32:
-    return as(std::uint32_t{});
-  case PCLPointField::INT64:
-    return as(std::int64_t{});
-  case PCLPointField::UINT64:
-    return as(std::uint64_t{});
-  case PCLPointField::FLOAT32:
-    return as(float{});
-  case PCLPointField::FLOAT64:
-    return as(double{});
-  default: // nameOf has thrown for it
-    return;
-  }
+  using Field = PCLPointField;
+  static constexpr FieldType rounded{Field::FLOAT64, "float", "float", &write<double, float>};
+  static constexpr std::array<FieldType, 11> all = {{{Field::BOOL, "uchar", "unsigned_char", &write<std::uint8_t>},
+                                                     {Field::INT8, "char", "char", &write<std::int8_t>},
+                                                     {Field::UINT8, "uchar", "unsigned_char", &write<std::uint8_t>},
+                                                     {Field::INT16, "short", "short", &write<std::int16_t>},
+                                                     {Field::UINT16, "ushort", "unsigned_short", &write<std::uint16_t>},
+                                                     {Field::INT32, "int", "int", &write<std::int32_t>},
+                                                     {Field::UINT32, "uint", "unsigned_int", &write<std::uint32_t>},
+                                                     {Field::INT64, "double", "double", &write<std::int64_t, double>},
+                                                     {Field::UINT64, "double", "double", &write<std::uint64_t, double>},
+                                                     {Field::FLOAT32, "float", "float", &write<float>},
+                                                     {Field::FLOAT64, "double", "double", &write<double>}}};
+  if (inSinglePrecision && field.type == rounded.type)
+    return rounded;
+  const auto found = std::find_if(all.begin(), all.end(), [&](const FieldType& row) { return row.type == field.type; });
+  if (found == all.end())
+    throw FileError("cannot be written: field '" + field.name + "' is of an unknown type");
+  return *found;
+}
+
+/// Writes the values of some fields, vertex by vertex.
+template <typename Fields>
+void writeValues(const MeshView& mesh, const Fields& fields, ByteWriter& file)
+{
+  std::vector<const FieldType*> types;
+  for (const VertexField* field : fields)
+    types.push_back(&typeOf(*field, mesh.inSinglePrecision));
+  for (std::size_t v = 0; v < mesh.vertices; ++v)
+    for (std::size_t f = 0; f < types.size(); ++f)
+      types[f]->write(static_cast<const char*>(fields[f]->values) + v * fields[f]->stride, file);
 }
 
 /// Calls visit(corners) for each polygon. \throw FileError if a corner is no vertex of the mesh
@@ -115,37 +109,12 @@ Triple requirePosition(const MeshView& mesh)
   return position;
 }
 
-/// The names of a type in the files.
-struct TypeName {
-  std::uint8_t type;
-  const char *ply, *vtk;
-};
-
-const TypeName& nameOf(const VertexField& field, bool inSinglePrecision)
-{
-  static constexpr std::array<TypeName, 8> all = {{{PCLPointField::INT8, "char", "char"},
-                                                   {PCLPointField::UINT8, "uchar", "unsigned_char"},
-                                                   {PCLPointField::INT16, "short", "short"},
-                                                   {PCLPointField::UINT16, "ushort", "unsigned_short"},
-                                                   {PCLPointField::INT32, "int", "int"},
-                                                   {PCLPointField::UINT32, "uint", "unsigned_int"},
-                                                   {PCLPointField::FLOAT32, "float", "float"},
-                                                   {PCLPointField::FLOAT64, "double", "double"}}};
-  const std::uint8_t type = writtenType(field, inSinglePrecision);
-  const auto found = std::find_if(all.begin(), all.end(), [&](const TypeName& name) { return name.type == type; });
-  if (found == all.end())
-    throw FileError("cannot be written: field '" + field.name + "' is of an unknown type");
-  return *found;
-}
-
 /// The point data of a VTK file: all fields but the position.
 void writePointData(const MeshView& mesh, const Triple& position, ByteWriter& file)
 {
-  const auto typeOf = [&](const VertexField& field) { return std::string(nameOf(field, mesh.inSinglePrecision).vtk); };
-  const auto values = [&](const auto& fields) {
-    for (std::size_t v = 0; v < mesh.vertices; ++v)
-      for (const VertexField* field : fields)
-        writeValue(*field, v, mesh.inSinglePrecision, file);
+  const auto add = [&](const std::string& header, const auto& fields) {
+    file.text(header + "\n");
+    writeValues(mesh, fields, file);
     file.text("\n");
   };
   Triple colors = findAll(mesh, {"red", "green", "blue"});
@@ -162,21 +131,15 @@ void writePointData(const MeshView& mesh, const Triple& position, ByteWriter& fi
   }
   const auto vertices = std::to_string(mesh.vertices);
   file.text("POINT_DATA " + vertices + "\n");
-  if (colors[0] != nullptr) {
-    file.text("COLOR_SCALARS rgb 3\n");
-    values(colors);
-  }
-  if (normals[0] != nullptr) {
-    file.text("NORMALS normals " + typeOf(*normals[0]) + "\n");
-    values(normals);
-  }
+  if (colors[0] != nullptr)
+    add("COLOR_SCALARS rgb 3", colors);
+  if (normals[0] != nullptr)
+    add(std::string("NORMALS normals ") + typeOf(*normals[0], mesh.inSinglePrecision).vtk, normals);
   // Not as SCALARS, by which viewers would color the mesh.
   if (!others.empty())
     file.text("FIELD FieldData " + std::to_string(others.size()) + "\n");
-  for (const VertexField* other : others) {
-    file.text(other->name + " 1 " + vertices + " " + typeOf(*other) + "\n");
-    values(std::array{other});
-  }
+  for (const VertexField* other : others)
+    add(other->name + " 1 " + vertices + " " + typeOf(*other, mesh.inSinglePrecision).vtk, std::array{other});
 }
 
 /// PCL's fields under the names that files have for them.
@@ -247,12 +210,13 @@ void writePLY(const MeshView& mesh, const std::string& path)
   requirePosition(mesh);
   ByteWriter file(path, ByteOrder::little);
   file.text("ply\nformat binary_little_endian 1.0\nelement vertex " + std::to_string(mesh.vertices) + "\n");
-  for (const VertexField& field : mesh.fields)
-    file.text(std::string("property ") + nameOf(field, mesh.inSinglePrecision).ply + " " + field.name + "\n");
+  std::vector<const VertexField*> fields;
+  for (const VertexField& field : mesh.fields) {
+    file.text(std::string("property ") + typeOf(field, mesh.inSinglePrecision).ply + " " + field.name + "\n");
+    fields.push_back(&field);
+  }
   file.text("element face " + std::to_string(mesh.polygons) + "\nproperty list uchar int vertex_indices\nend_header\n");
-  for (std::size_t v = 0; v < mesh.vertices; ++v)
-    for (const VertexField& field : mesh.fields)
-      writeValue(field, v, mesh.inSinglePrecision, file);
+  writeValues(mesh, fields, file);
   forPolygons(mesh, [&](const std::vector<std::int32_t>& corners) {
     constexpr std::size_t maxCorners = 255; // the count is a byte
     if (corners.size() > maxCorners)
@@ -269,10 +233,8 @@ void writeVTK(const MeshView& mesh, const std::string& path)
   const Triple position = requirePosition(mesh);
   ByteWriter file(path, ByteOrder::big);
   file.text("# vtk DataFile Version 3.0\nMarkov random field surface reconstruction\nBINARY\nDATASET POLYDATA\n");
-  file.text("POINTS " + std::to_string(mesh.vertices) + " " + nameOf(*position[0], mesh.inSinglePrecision).vtk + "\n");
-  for (std::size_t v = 0; v < mesh.vertices; ++v)
-    for (const VertexField* axis : position)
-      writeValue(*axis, v, mesh.inSinglePrecision, file);
+  file.text("POINTS " + std::to_string(mesh.vertices) + " " + typeOf(*position[0], mesh.inSinglePrecision).vtk + "\n");
+  writeValues(mesh, position, file);
   std::size_t numbers = 0;
   forPolygons(mesh, [&](const std::vector<std::int32_t>& corners) { numbers += 1 + corners.size(); });
   file.text("\nPOLYGONS " + std::to_string(mesh.polygons) + " " + std::to_string(numbers) + "\n");
