@@ -217,9 +217,8 @@ Box boxOf(const TriangleMesh& mesh, const Triangle& t)
   Box box;
   if (a.allFinite() && b.allFinite() && c.allFinite())
     for (int axis = 0; axis < 3; ++axis) {
-      const std::size_t i = axis;
-      box.lower[i] = std::min({a[axis], b[axis], c[axis]});
-      box.upper[i] = std::max({a[axis], b[axis], c[axis]});
+      box.lower[axis] = std::min({a[axis], b[axis], c[axis]});
+      box.upper[axis] = std::max({a[axis], b[axis], c[axis]});
     }
   return box;
 }
@@ -232,7 +231,8 @@ public:
   Bins(const TriangleMesh& mesh, const std::vector<std::uint8_t>& marked, Execution& execution)
       : marked_(marked), boxes_(mesh.triangles.size()), first_(mesh.triangles.size() + 1, 0), execution_(execution)
   {
-    forRange([&](std::size_t t) { boxes_[t] = boxOf(mesh, mesh.triangles[t]); });
+    forEachPolling(execution_, boxes_.size(), grain,
+                   [&](std::size_t t) { boxes_[t] = boxOf(mesh, mesh.triangles[t]); });
     chooseCells();
     countCells();
     if (!marked_.empty())
@@ -278,13 +278,6 @@ private:
 
   bool isMarked(std::size_t triangle) const { return marked_.empty() || marked_[triangle] != 0; }
 
-  /// Calls body(t) for all triangles, in parallel.
-  template <typename Body>
-  void forRange(const Body& body)
-  {
-    forEachPolling(execution_, boxes_.size(), grain, [&](std::size_t t) { body(t); });
-  }
-
   /// Sets origin and side of the cells. The side is 1.5 times the mean size of the marked triangles' boxes.
   void chooseCells()
   {
@@ -317,8 +310,7 @@ private:
   /// The cell of a box's corner, none of whose coordinates is below the origin's.
   Cell cellOf(const std::array<float, 3>& p) const
   {
-    const Vector3d x(p[0], p[1], p[2]);
-    return ((x - origin_) * inverseSide_).cast<std::int64_t>();
+    return ((Vector3d(p[0], p[1], p[2]) - origin_) * inverseSide_).cast<std::int64_t>();
   }
 
   /// Counts the cells of each triangle. While they are more than 16 per triangle on average, as with a few triangles
@@ -371,7 +363,7 @@ private:
     for (std::size_t t = 0; t < boxes_.size(); ++t)
       if (isMarked(t))
         forCells(t, [&](std::uint32_t bin, int) { hasMarked_[bin] = 1; });
-    forRange([&](std::size_t t) {
+    forEachPolling(execution_, boxes_.size(), grain, [&](std::size_t t) {
       if (isMarked(t))
         return;
       first_[t + 1] = 0;
@@ -387,8 +379,8 @@ private:
     const std::size_t total = first_.back();
     std::vector<std::uint32_t> binOfEntry(total);
     std::vector<std::uint8_t> offsetOfEntry(total);
-    forRange([&](std::size_t t) {
-      auto entry = static_cast<std::size_t>(first_[t]);
+    forEachPolling(execution_, boxes_.size(), grain, [&](std::size_t t) {
+      std::int64_t entry = first_[t];
       if (first_[t + 1] > first_[t])
         forCells(t, [&](std::uint32_t bin, int offset) {
           if (!hasMarked_.empty() && hasMarked_[bin] == 0)
@@ -413,7 +405,7 @@ private:
     Poller poll(execution_);
     for (std::size_t t = 0; t < boxes_.size(); ++t) {
       poll();
-      for (auto entry = static_cast<std::size_t>(first_[t]); entry < static_cast<std::size_t>(first_[t + 1]); ++entry) {
+      for (std::int64_t entry = first_[t]; entry < first_[t + 1]; ++entry) {
         const std::int32_t place = begin_[binOfEntry[entry] + 1]++;
         entries_[place] = static_cast<std::int32_t>(t);
         offsets_[place] = offsetOfEntry[entry];
@@ -450,20 +442,14 @@ bool intersect(const TriangleMesh& mesh, Triangle s, Triangle t)
     return {mesh.vertices[triangle[0]].cast<double>(), mesh.vertices[triangle[1]].cast<double>(),
             mesh.vertices[triangle[2]].cast<double>()};
   };
+  const Corners a = corners(s), b = corners(t);
   switch (common) {
-  case 0: {
-    const Corners a = corners(s), b = corners(t);
+  case 0:
     return !apart(a, b) && disjointMeet(a, b);
-  }
-  case 1: {
-    const Corners a = corners(s), b = corners(t);
+  case 1:
     return !fansApart(a, b) && fansMeet(a, b);
-  }
-  case 2: {
-    const Corners a = corners(s);
-    const Vector3d other = mesh.vertices[t[2]].cast<double>();
-    return !unfolded(a, other) && foldedFlat(a, other);
-  }
+  case 2:
+    return !unfolded(a, b[2]) && foldedFlat(a, b[2]);
   default:
     return true;
   }

@@ -6,6 +6,7 @@
 #include "support/meshes.h"
 #include "support/random.h"
 #include "support/shapes.h"
+#include "support/threads.h"
 
 #include <gtest/gtest.h>
 
@@ -245,8 +246,7 @@ TEST(CrowdedSpace, CreasesAreAndWhatIsFarFromThemIsNot)
   const std::size_t count = edge.positions.size();
   for (std::size_t n = 0; n < count; ++n) // the square x = 0 below it
     edge.add({0, edge.positions[n].y(), -edge.positions[n].x()}, {-1, 0, 0});
-  Execution execution(1);
-  const CrowdedSpace space(edge.positions, edge.normals, 1, execution);
+  const CrowdedSpace space(edge.positions, edge.normals, 1, serial);
   for (const Vector3f& p : edge.positions) {
     const float distance = std::max(p.x(), -p.z());
     if (distance < .9f) {
@@ -260,12 +260,11 @@ TEST(CrowdedSpace, CreasesAreAndWhatIsFarFromThemIsNot)
 
 TEST(CrowdedSpace, HugeExtentsAndNoPositionsDoNoHarm)
 {
-  Execution execution(1);
-  const CrowdedSpace none({}, {}, 1, execution);
+  const CrowdedSpace none({}, {}, 1, serial);
   (void)none.contains({0, 0, 0});
   // More cells than indices: what shares one looks crowded at most.
   const std::vector<Vector3f> positions{{-1e9f, 0, 0}, {0, 0, 0}, {1e9f, 1e9f, 1e9f}};
-  const CrowdedSpace space(positions, {{0, 0, 1}, {0, 0, 1}, {0, 0, 1}}, 1e-3f, execution);
+  const CrowdedSpace space(positions, {{0, 0, 1}, {0, 0, 1}, {0, 0, 1}}, 1e-3f, serial);
   for (const Vector3f& p : positions)
     EXPECT_FALSE(space.contains(p));
 }
