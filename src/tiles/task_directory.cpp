@@ -166,7 +166,7 @@ void TaskDirectory::requireRoom(const std::string& kind, double bytes) const
 void TaskDirectory::run(const std::string& kind, int count, const MakeInput& makeInput, const UseResult& useResult,
                         Execution& execution)
 {
-  std::vector<fs::path> files(static_cast<std::size_t>(count));
+  std::vector<fs::path> files(count);
   const auto makeMissing = [&](int n) -> std::optional<std::string> {
     std::optional<std::string> input = makeInput(n);
     if (!input)

@@ -74,11 +74,7 @@ Outcome outcome(TaskRunner* tasks, int threads = 1)
 /// With all that tasks may depend on: a sheet that was missed at first, borders, edges of several lengths.
 Outcome outcomeOfPlate(TaskRunner* tasks)
 {
-  const auto plate = [](const Eigen::Vector3d& x) {
-    const Eigen::Array3d out = x.array().abs() - Eigen::Array3d(.5, .02, 1);
-    return out.max(0).matrix().norm() + std::min(out.maxCoeff(), 0.0);
-  };
-  PointSet points = shapes::sample(plate, 1.2, .015);
+  PointSet points = shapes::sample(shapes::box({.5, .02, 1}), 1.2, .015);
   shapes::addNoise(points, .03);
   Execution execution(1);
   execution.setTasks(tasks);
