@@ -64,7 +64,7 @@ std::vector<Real> vectorResults()
 std::vector<float> gridResults(bool atPoints)
 {
   const systems::SphereLevel level({21, 18, 19}, pcl::mrf::Prior::triharmonic, atPoints);
-  std::vector<float> field(static_cast<std::size_t>(level.size().count()), 0);
+  std::vector<float> field(level.size().count(), 0);
   pcl::mrf::Execution execution(1);
   solveOnGrids({level.grids, level.prior, level.grids.front().voxels}, {3}, {}, 1, field.data(), execution);
   return field;

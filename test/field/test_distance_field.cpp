@@ -17,17 +17,12 @@ namespace {
 /// A field that trilinear interpolation and central differences reproduce exactly, on a lattice off the origin.
 DistanceField linearField(const Eigen::Vector3f& slope)
 {
-  Lattice lattice;
-  lattice.size = {6, 5, 7};
-  lattice.spacing = .25;
-  lattice.origin = {10, -20, 3};
+  const Lattice lattice{{6, 5, 7}, {10, -20, 3}, .25};
   std::vector<float> distances, confidences;
-  for (int k = 0; k < lattice.size.z; ++k)
-    for (int j = 0; j < lattice.size.y; ++j)
-      for (int i = 0; i < lattice.size.x; ++i) {
-        distances.push_back(slope.dot(lattice.position(i, j, k)));
-        confidences.push_back(static_cast<float>(i) / 5);
-      }
+  shapes::forVoxels(lattice.size, [&](int i, int j, int k) {
+    distances.push_back(slope.dot(lattice.position(i, j, k)));
+    confidences.push_back(static_cast<float>(i) / 5);
+  });
   return {lattice, distances, confidences};
 }
 

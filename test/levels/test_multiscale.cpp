@@ -4,6 +4,7 @@
 #include "levels/multiscale.h"
 #include "support/clouds.h"
 #include "support/shapes.h"
+#include "support/threads.h"
 
 #include <pcl/surface/mrf/exceptions.h>
 #include <pcl/surface/mrf/report.h>
@@ -39,10 +40,9 @@ Workload ofArea(double area)
 
 MultiscaleResult regularizePoints(const PointSet& points, float spacing, const Options& options = {})
 {
-  Execution execution(1);
   const auto search = clouds::searchOf(points);
   const OrientedPoints oriented = shapes::oriented(points);
-  return regularize({&oriented, search.get(), boundingBox(points.positions)}, spacing, options, execution);
+  return regularize({&oriented, search.get(), boundingBox(points.positions)}, spacing, options, serial);
 }
 
 Options observingPlanes()
@@ -73,16 +73,13 @@ float numberAfter(const std::string& phrase, const std::string& message)
 std::pair<double, double> differences(const DistanceField& a, const DistanceField& b)
 {
   double squares = 0, norm = 0, largest = 0;
-  const GridSize size = a.lattice().size;
-  EXPECT_EQ(size, b.lattice().size);
-  for (int k = 0; k < size.z; ++k)
-    for (int j = 0; j < size.y; ++j)
-      for (int i = 0; i < size.x; ++i) {
-        const double value = a.distance(i, j, k), difference = b.distance(i, j, k) - value;
-        squares += difference * difference;
-        norm += value * value;
-        largest = std::max(largest, std::abs(difference));
-      }
+  EXPECT_EQ(a.lattice().size, b.lattice().size);
+  shapes::forVoxels(a.lattice().size, [&](int i, int j, int k) {
+    const double value = a.distance(i, j, k), difference = b.distance(i, j, k) - value;
+    squares += difference * difference;
+    norm += value * value;
+    largest = std::max(largest, std::abs(difference));
+  });
   return {std::sqrt(squares / norm), largest};
 }
 
@@ -106,10 +103,9 @@ template <typename Function>
 std::vector<float> valuesOf(const Function& function, const Lattice& lattice)
 {
   std::vector<float> values;
-  for (int k = 0; k < lattice.size.z; ++k)
-    for (int j = 0; j < lattice.size.y; ++j)
-      for (int i = 0; i < lattice.size.x; ++i)
-        values.push_back(static_cast<float>(function(lattice.origin + lattice.spacing * Eigen::Vector3d(i, j, k))));
+  shapes::forVoxels(lattice.size, [&](int i, int j, int k) {
+    values.push_back(static_cast<float>(function(lattice.origin + lattice.spacing * Eigen::Vector3d(i, j, k))));
+  });
   return values;
 }
 
@@ -316,12 +312,11 @@ TEST(Interpolate, LinearStaysWithinItsNeighborsAndAtTheBorderWithItsParent)
   coarse.spacing = 2;
   fine.size = {6, 2, 2};
   fine.origin = Eigen::Vector3d::Constant(-.5);
-  Execution execution(1);
-  const auto values = interpolateLinear({0, 8, 0}, coarse, fine, execution);
+  const auto values = interpolateLinear({0, 8, 0}, coarse, fine, serial);
   for (int z = 0; z < 2; ++z)
     for (int y = 0; y < 2; ++y)
       for (const auto& [x, value] : {std::pair(0, 0), std::pair(1, 2), std::pair(2, 6), std::pair(3, 6)})
-        EXPECT_FLOAT_EQ(values[static_cast<std::size_t>(fine.size.index(x, y, z))], static_cast<float>(value));
+        EXPECT_FLOAT_EQ(values[fine.size.index(x, y, z)], static_cast<float>(value));
 }
 
 class EveryModel : public testing::TestWithParam<std::tuple<ObservationKind, Prior>> {};
@@ -390,17 +385,14 @@ TEST(Regularize, ConfidenceOfVoxelsIsZeroAwayFromThePoints)
   const PointSet points = shapes::sample(shapes::sphere(1), 1.2, .1);
   const DistanceField field = regularizePoints(points, .1f, observingPlanes()).field;
   ASSERT_TRUE(field.hasConfidences());
-  const GridSize size = field.lattice().size;
-  for (int k = 0; k < size.z; ++k)
-    for (int j = 0; j < size.y; ++j)
-      for (int i = 0; i < size.x; ++i) {
-        const double distance = std::abs(field.lattice().position(i, j, k).norm() - 1);
-        if (distance > .1 * 3.5) { // the reach and the curvature between the points
-          EXPECT_EQ(field.confidence(i, j, k), 0);
-        } else if (distance < .05) {
-          EXPECT_GT(field.confidence(i, j, k), .5f);
-        }
-      }
+  shapes::forVoxels(field.lattice().size, [&](int i, int j, int k) {
+    const double distance = std::abs(field.lattice().position(i, j, k).norm() - 1);
+    if (distance > .1 * 3.5) { // the reach and the curvature between the points
+      EXPECT_EQ(field.confidence(i, j, k), 0);
+    } else if (distance < .05) {
+      EXPECT_GT(field.confidence(i, j, k), .5f);
+    }
+  });
   EXPECT_LT(field.sampleDistance(Eigen::Vector3f::Zero()), -.5f);
   EXPECT_FALSE(regularizePoints(points, .1f).field.hasConfidences());
 }

@@ -48,13 +48,11 @@ private:
 void forNear(const DistanceField& here, const DistanceField& there, const std::function<void(double, double)>& body)
 {
   ASSERT_EQ(here.lattice().size, there.lattice().size);
-  const GridSize size = here.lattice().size;
   const double near = 1.5 * here.lattice().spacing;
-  for (int k = 0; k < size.z; ++k)
-    for (int j = 0; j < size.y; ++j)
-      for (int i = 0; i < size.x; ++i)
-        if (std::abs(here.distance(i, j, k)) < near)
-          body(here.distance(i, j, k) / here.lattice().spacing, there.distance(i, j, k) / here.lattice().spacing);
+  shapes::forVoxels(here.lattice().size, [&](int i, int j, int k) {
+    if (std::abs(here.distance(i, j, k)) < near)
+      body(here.distance(i, j, k) / here.lattice().spacing, there.distance(i, j, k) / here.lattice().spacing);
+  });
 }
 
 /// Expects the field solved in tiles to be that of the whole level.
@@ -102,10 +100,7 @@ TEST(Tiles, MayLeaveSparsePointsToCoarserLevels)
 TEST(Tiles, MayBeNarrowerThanAHole)
 {
   // A capsule of which 40 planes show nothing: of some tiles and their halos all.
-  const auto capsule = [](const Eigen::Vector3d& x) {
-    return (x - Eigen::Vector3d(0, 0, std::clamp(x.z(), -1., 1.))).norm() - .5;
-  };
-  const PointSet points = shapes::filter(shapes::sample(capsule, 1.6, .0125),
+  const PointSet points = shapes::filter(shapes::sample(shapes::tube({0, 0, -1}, {0, 0, 1}, .5), 1.6, .0125),
                                          [](const Eigen::Vector3f& p) { return std::abs(p.z()) > .5f; });
   const DistanceField field = TiledRun(points, .0125f).solve(1).field;
   ASSERT_LT(field.sampleDistance({.2f, 0, 0}), 0);
@@ -116,11 +111,7 @@ TEST(Tiles, MayBeNarrowerThanAHole)
 TEST(Tiles, MayHaveASheetAlongACut)
 {
   // Sheets across z, one of them in a plane of the lattice.
-  const auto box = [](const Eigen::Vector3d& x) {
-    const Eigen::Array3d out = x.array().abs() - Eigen::Array3d(.6, .6, .9);
-    return out.max(0).matrix().norm() + std::min(out.maxCoeff(), 0.0);
-  };
-  PointSet points = shapes::sample(box, 1.2, .012);
+  PointSet points = shapes::sample(shapes::box({.6, .6, .9}), 1.2, .012);
   for (const float z : {-.5f, -.1f, 0.f, .3f})
     clouds::append(points, clouds::randomSquare(8000, .55f), {0, 0, z});
   expectSame(points, .012f);
@@ -128,11 +119,7 @@ TEST(Tiles, MayHaveASheetAlongACut)
 
 TEST(Tiles, DecideTogetherWhetherASheetWasMissed)
 {
-  const auto plate = [](const Eigen::Vector3d& x) {
-    const Eigen::Array3d out = x.array().abs() - Eigen::Array3d(.5, .02, 1);
-    return out.max(0).matrix().norm() + std::min(out.maxCoeff(), 0.0);
-  };
-  PointSet points = shapes::sample(plate, 1.2, .015);
+  PointSet points = shapes::sample(shapes::box({.5, .02, 1}), 1.2, .015);
   shapes::addNoise(points, .03);
   TiledRun run(points, .015f);
   ASSERT_GT(run.solve(1).levels.back().solve.iterations, 1) << "nothing was missed";

@@ -20,20 +20,15 @@ using namespace meshes;
 using namespace pcl::mrf;
 using Eigen::Vector3d;
 using Eigen::Vector3f;
+using shapes::pi;
 
 namespace {
-
-constexpr double pi = 3.14159265358979323846;
 
 DistanceField makeField(GridSize size, std::vector<float> distances, double spacing = 1,
                         const Vector3d& origin = Vector3d::Zero())
 {
-  Lattice lattice;
-  lattice.size = size;
-  lattice.spacing = spacing;
-  lattice.origin = origin;
   std::vector<float> confidences(distances.size(), 1.f);
-  return {lattice, std::move(distances), std::move(confidences)};
+  return {{size, origin, spacing}, std::move(distances), std::move(confidences)};
 }
 
 /// A field with the values `value(i, j, k)` inside a border of `outside`.
@@ -42,12 +37,10 @@ DistanceField enclosed(GridSize size, float outside, const Value& value, double 
                        const Vector3d& origin = Vector3d::Zero())
 {
   std::vector<float> distances;
-  for (int k = 0; k < size.z; ++k)
-    for (int j = 0; j < size.y; ++j)
-      for (int i = 0; i < size.x; ++i) {
-        const bool isAtBorder = i % (size.x - 1) == 0 || j % (size.y - 1) == 0 || k % (size.z - 1) == 0;
-        distances.push_back(isAtBorder ? outside : value(i, j, k));
-      }
+  shapes::forVoxels(size, [&](int i, int j, int k) {
+    const bool isAtBorder = i % (size.x - 1) == 0 || j % (size.y - 1) == 0 || k % (size.z - 1) == 0;
+    distances.push_back(isAtBorder ? outside : value(i, j, k));
+  });
   return makeField(size, std::move(distances), spacing, origin);
 }
 
@@ -155,8 +148,8 @@ TEST(Polygonizer, leavesTheLatticeOnlyAtItsBorder)
     for (std::size_t c = 0; c < 3; ++c)
       ++sides[std::minmax(t[c], t[(c + 1) % 3])];
   for (const auto& [edge, count] : sides) {
-    const Vector3f& a = mesh.vertices[static_cast<std::size_t>(edge.first)];
-    const Vector3f& b = mesh.vertices[static_cast<std::size_t>(edge.second)];
+    const Vector3f& a = mesh.vertices[edge.first];
+    const Vector3f& b = mesh.vertices[edge.second];
     bool shared = false;
     for (int axis = 0; axis < 3; ++axis)
       shared = shared || (a[axis] == b[axis] && (a[axis] == 0 || a[axis] == last[axis]));

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Every option of the table: the ends of its range are accepted; values beyond are refused with the option's name and
 // value.
-#include "field/prior.h"
 #include "levels/multiscale.h"
 #include "observation/observation.h"
 #include "options/noise_law.h"

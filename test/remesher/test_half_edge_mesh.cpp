@@ -4,6 +4,7 @@
 #include "remesher/operation_log.h"
 #include "support/meshes.h"
 #include "support/shapes.h"
+#include "support/threads.h"
 
 #include <gtest/gtest.h>
 
@@ -18,8 +19,6 @@ using namespace pcl::mrf;
 using Eigen::Vector3f;
 
 namespace {
-
-Execution serial(1);
 
 /// Expects the arrays of the mesh to be consistent with each other.
 void expectConsistent(const HalfEdgeMesh& mesh)
@@ -183,7 +182,7 @@ TEST(OperationLog, UndoesWhatStandsOnTheLastOperationsAndNoMore)
         EXPECT_TRUE(isSame || now[0] < 0 || mesh.changed[now[0]] || mesh.changed[now[1]] || mesh.changed[now[2]]);
       }
 
-      std::vector<std::int32_t> all(static_cast<std::size_t>(mesh.halfEdgeCount() / 3));
+      std::vector<std::int32_t> all(mesh.halfEdgeCount() / 3);
       std::iota(all.begin(), all.end(), 0);
       std::size_t undone = choice.operations.size();
       for (std::size_t last = 1; last > 0; undone += last) {

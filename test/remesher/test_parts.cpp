@@ -7,6 +7,7 @@
 #include "support/cancelling.h"
 #include "support/meshes.h"
 #include "support/shapes.h"
+#include "support/threads.h"
 
 #include <pcl/surface/mrf/exceptions.h>
 
@@ -31,7 +32,6 @@ namespace {
 constexpr double halfSide = 1;
 constexpr int voxels = 32;
 constexpr double spacing = 2 * halfSide / voxels;
-Execution serial(1);
 
 RemeshResult remeshedInParts(const TriangleMesh& mesh, const DistanceField& field, std::int64_t triangles,
                              const RemesherOptions& options = {}, int threads = 1)
@@ -340,12 +340,12 @@ TEST(PartCutting, StripsReachEightEdgesFromTheSeamAndOneOfTheirRim)
   const TriangleMesh mesh = squares(side);
   PartNumbers seams(mesh.vertices.size(), -1);
   for (int j = 0; j <= side; ++j) {
-    seams[static_cast<std::size_t>(j * (side + 1) + 20)] = 0;
-    seams[static_cast<std::size_t>(j * (side + 1) + 21)] = 1;
+    seams[j * (side + 1) + 20] = 0;
+    seams[j * (side + 1) + 21] = 1;
   }
   const PartNumbers strips = stripsAlong(seams, mesh.triangles, 100000);
   for (int i = 0; i <= side; ++i) // part 1 is beside part 0, which takes its side of the seam along
-    EXPECT_EQ(strips[static_cast<std::size_t>(20 * (side + 1) + i)], std::abs(i - 20) <= 9 ? 0 : -1) << i;
+    EXPECT_EQ(strips[20 * (side + 1) + i], std::abs(i - 20) <= 9 ? 0 : -1) << i;
   EXPECT_EQ(std::count(strips.begin(), strips.end(), 1), 0);
 }
 

@@ -2,7 +2,6 @@
 #include "mesh/mesh_topology.h"
 #include "mesh/self_intersection.h"
 #include "mesh/vertex_fields.h"
-#include "options/validation.h"
 #include "remesher/intersection_watch.h"
 #include "remesher/passes.h"
 #include "remesher/remesher.h"

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "field/prior.h"
 #include "observation/observation.h"
-#include "options/validation.h"
 #include "support/clouds.h"
 #include "support/linear_systems.h"
 #include "support/threads.h"
@@ -70,14 +69,13 @@ TEST(Prior, sameBytesForAnyNumberOfThreads)
 
 TEST(Assemble, certaintyIsNoInfiniteWeight)
 {
-  Execution execution;
   Observation observation;
   observation.lattice.size = {3, 2, 2};
   observation.voxels = {1, 7};
   observation.distances = {.5f, -2.f};
   observation.confidences = {1.f, 1.f};
   const auto strong =
-      assemble(observation, priorOptions(Prior::membrane, Energy::joint, std::nextafter(1.f, 0.f)), execution);
+      assemble(observation, priorOptions(Prior::membrane, Energy::joint, std::nextafter(1.f, 0.f)), serial);
   EXPECT_NEAR(strong.matrix.coeff(1, 1), 6e6, 10);
 }
 
@@ -147,7 +145,6 @@ TEST(Assemble, thePapersEnergyIsTheOneThatItWrites)
 TEST(Assemble, smoothingLengthsOfThePapersEnergyAreThoseOfItsInterior)
 {
   // Where all voxels are observed with a constant a, rows divided by (1 − a) are L^k times a factor, and w.
-  Execution execution;
   const GridSize size{13, 13, 13};
   Observation observation;
   observation.lattice.size = size;
@@ -159,7 +156,7 @@ TEST(Assemble, smoothingLengthsOfThePapersEnergyAreThoseOfItsInterior)
   const std::int64_t center = size.index(6, 6, 6), beside = center + 1;
   for (const Prior prior : allPriors) {
     const PriorOptions options = priorOptions(prior, Energy::paper, .75f);
-    const LinearSystem system = assemble(observation, options, execution);
+    const LinearSystem system = assemble(observation, options, serial);
     const Prior power = prior == Prior::membrane ? prior : Prior::triharmonic;
     const oracle::Matrix expected = oracle::priorMatrix(size, power);
     const double factor = system.matrix.coeff(center, beside) / expected.coeff(center, beside);
@@ -171,11 +168,10 @@ TEST(Assemble, smoothingLengthsOfThePapersEnergyAreThoseOfItsInterior)
 
 TEST(Solver, allMethodsGiveTheDirectSolution)
 {
-  Execution execution;
   for (const Energy energyKind : allEnergies)
     for (const Prior prior : allPriors)
       for (const GridSize& size : {GridSize{8, 7, 6}, GridSize{9, 1, 8}, GridSize{13, 11, 10}, GridSize{30, 1, 29}}) {
-        const auto system = assemble(observeSphere(size), priorOptions(prior, energyKind, .9f), execution);
+        const auto system = assemble(observeSphere(size), priorOptions(prior, energyKind, .9f), serial);
         const auto expected = directSolution(system);
         for (const SolverMethod method : allMethods) {
           SCOPED_TRACE(testing::Message()
@@ -186,7 +182,7 @@ TEST(Solver, allMethodsGiveTheDirectSolution)
             continue; // it would take ten thousands of sweeps to settle to this precision
           auto d = zeros(system);
           const SolveReport report =
-              solve(system, solverOptions(method, visits ? 1e-9 : 1e-13, visits ? 100000 : 20000), 1, d, execution);
+              solve(system, solverOptions(method, visits ? 1e-9 : 1e-13, visits ? 100000 : 20000), 1, d, serial);
           EXPECT_TRUE(report.converged);
           EXPECT_EQ(report.method, method);
           // ICM's slowest modes still move when its step per sweep is 1e-9.
@@ -222,7 +218,6 @@ TEST(Solver, manufacturedSolution)
 TEST(Solver, halvesAWaveOfTheSmoothingLength)
 {
   // A long bar, fully observed: cos(θ(i + ½)) is an eigenvector of L under clamped borders.
-  Execution execution;
   const GridSize size{240, 1, 1};
   for (const Prior prior : allPriors) {
     const int k = order(prior);
@@ -238,58 +233,55 @@ TEST(Solver, halvesAWaveOfTheSmoothingLength)
       observation.distances.push_back(static_cast<float>(std::cos(theta * (i + .5))));
       observation.confidences.push_back(1);
     }
-    const auto system = assemble(observation, options, execution);
+    const auto system = assemble(observation, options, serial);
     auto d = zeros(system);
-    solve(system, solverOptions(SolverMethod::cholesky), 1, d, execution);
+    solve(system, solverOptions(SolverMethod::cholesky), 1, d, serial);
     // The lattice's 2 − 2 cos θ differs from θ² by θ²/12 = .15 %.
     for (int i = 0; i < size.x; ++i)
-      ASSERT_NEAR(d[static_cast<std::size_t>(i)], .5 * std::cos(theta * (i + .5)), .002);
+      ASSERT_NEAR(d[i], .5 * std::cos(theta * (i + .5)), .002);
   }
 }
 
 TEST(Solver, conjugateGradientsStandInForMultigrid)
 {
-  Execution execution;
-  const auto system = assemble(observeSphere({12, 12, 12}), priorOptions(Prior::thinPlate, Energy::paper), execution);
+  const auto system = assemble(observeSphere({12, 12, 12}), priorOptions(Prior::thinPlate, Energy::paper), serial);
   auto d = zeros(system);
-  const SolveReport report = solve(system, solverOptions(SolverMethod::multigrid, 1e-8), 1, d, execution);
+  const SolveReport report = solve(system, solverOptions(SolverMethod::multigrid, 1e-8), 1, d, serial);
   EXPECT_EQ(report.method, SolverMethod::cg);
   EXPECT_TRUE(report.converged);
 }
 
 TEST(Icm, everySweepLowersTheEnergy)
 {
-  Execution execution;
   const GridSize size{15, 14, 13};
   for (const Energy energyKind : allEnergies)
     for (const Prior prior : allPriors) {
-      const auto system = assemble(observeSphere(size), priorOptions(prior, energyKind), execution);
+      const auto system = assemble(observeSphere(size), priorOptions(prior, energyKind), serial);
       auto d = oracle::randomValues(static_cast<std::size_t>(size.count()), -5, 5, 9);
       const SolverMethod method = prior == Prior::thinPlate ? SolverMethod::icmColors : SolverMethod::icm;
       SolverOptions options = solverOptions(method, 1e-4, 40);
       options.changeTolerance = 0;
-      double last = energy(system, d, execution);
-      const SolveReport report = solve(system, options, 1, d, execution);
+      double last = energy(system, d, serial);
+      const SolveReport report = solve(system, options, 1, d, serial);
       ASSERT_EQ(report.history.size(), 40u);
       EXPECT_EQ(report.iterations, 40);
       for (const double value : report.history) {
         EXPECT_LT(value, last);
         last = value;
       }
-      EXPECT_DOUBLE_EQ(last, energy(system, d, execution));
+      EXPECT_DOUBLE_EQ(last, energy(system, d, serial));
     }
 }
 
 TEST(Icm, theSeedDecidesTheVisitingOrder)
 {
-  Execution execution;
-  const auto system = assemble(observeSphere({9, 8, 7}), priorOptions(Prior::thinPlate), execution);
+  const auto system = assemble(observeSphere({9, 8, 7}), priorOptions(Prior::thinPlate), serial);
   for (const SolverMethod method : {SolverMethod::icm, SolverMethod::icmColors}) {
     const auto run = [&](std::uint64_t seed, int sweeps) {
       SolverOptions options = solverOptions(method, 1e-9, sweeps);
       options.seed = seed;
       auto d = zeros(system);
-      solve(system, options, 1, d, execution);
+      solve(system, options, 1, d, serial);
       return d;
     };
     EXPECT_EQ(run(1, 3), run(1, 3));
@@ -301,7 +293,6 @@ TEST(Icm, theSeedDecidesTheVisitingOrder)
 TEST(Icm, aSweepVisitsEveryVoxelOnce)
 {
   // Without a prior's coupling a sweep is the solution, in any order; a voxel left out would keep its guess.
-  Execution execution;
   const GridSize size{30, 20, 10};
   const auto count = static_cast<std::size_t>(size.count());
   const auto targets = oracle::randomValues(count, -1, 1, 4);
@@ -309,41 +300,38 @@ TEST(Icm, aSweepVisitsEveryVoxelOnce)
   system.matrix = SystemMatrix(oracle::Matrix(oracle::Vector::Constant(size.count(), 2).asDiagonal()));
   for (const SolverMethod method : {SolverMethod::icm, SolverMethod::icmColors}) {
     std::vector<double> d(count, 7);
-    solve(system, solverOptions(method, 1e-9, 1), 1, d, execution);
+    solve(system, solverOptions(method, 1e-9, 1), 1, d, serial);
     EXPECT_LE(relativeDifference(d, targets), 1e-12);
   }
 }
 
 TEST(Icm, stopsOnTheChangeInVoxelSides)
 {
-  Execution execution;
-  const auto plain = assemble(observeSphere({14, 13, 12}), priorOptions(Prior::membrane), execution);
-  const auto meters = assemble(observeSphere({14, 13, 12}, 0, 1024), priorOptions(Prior::membrane), execution);
+  const auto plain = assemble(observeSphere({14, 13, 12}), priorOptions(Prior::membrane), serial);
+  const auto meters = assemble(observeSphere({14, 13, 12}, 0, 1024), priorOptions(Prior::membrane), serial);
   auto d = zeros(plain), e = zeros(meters);
-  const SolveReport first = solve(plain, solverOptions(SolverMethod::icm, 1e-3), 1, d, execution);
-  const SolveReport second = solve(meters, solverOptions(SolverMethod::icm, 1e-3), 1024, e, execution);
+  const SolveReport first = solve(plain, solverOptions(SolverMethod::icm, 1e-3), 1, d, serial);
+  const SolveReport second = solve(meters, solverOptions(SolverMethod::icm, 1e-3), 1024, e, serial);
   EXPECT_TRUE(first.converged);
   EXPECT_EQ(first.iterations, second.iterations);
 }
 
 TEST(Solver, refusesWhatIsNotDetermined)
 {
-  Execution execution;
   Observation none;
   none.lattice.size = {8, 8, 8};
   for (const SolverMethod method : allMethods) {
-    const auto unobserved = assemble(none, priorOptions(Prior::membrane), execution);
+    const auto unobserved = assemble(none, priorOptions(Prior::membrane), serial);
     auto d = zeros(unobserved);
-    EXPECT_THROW(solve(unobserved, solverOptions(method), 1, d, execution), SolverFailure);
-    const auto weightless =
-        assemble(observeSphere({8, 8, 8}), priorOptions(Prior::membrane, Energy::joint, 0), execution);
-    EXPECT_THROW(solve(weightless, solverOptions(method), 1, d, execution), SolverFailure);
+    EXPECT_THROW(solve(unobserved, solverOptions(method), 1, d, serial), SolverFailure);
+    const auto weightless = assemble(observeSphere({8, 8, 8}), priorOptions(Prior::membrane, Energy::joint, 0), serial);
+    EXPECT_THROW(solve(weightless, solverOptions(method), 1, d, serial), SolverFailure);
 
-    const auto system = assemble(observeSphere({8, 8, 8}), priorOptions(Prior::thinPlate), execution);
+    const auto system = assemble(observeSphere({8, 8, 8}), priorOptions(Prior::thinPlate), serial);
     if (method != SolverMethod::cholesky) { // which needs no guess
       auto bad = zeros(system);
       bad[100] = std::numeric_limits<double>::quiet_NaN();
-      EXPECT_THROW(solve(system, solverOptions(method, 1e-4, 5), 1, bad, execution), SolverFailure)
+      EXPECT_THROW(solve(system, solverOptions(method, 1e-4, 5), 1, bad, serial), SolverFailure)
           << static_cast<int>(method);
     }
   }
@@ -351,11 +339,10 @@ TEST(Solver, refusesWhatIsNotDetermined)
 
 TEST(Solver, zeroDistancesGiveTheZeroField)
 {
-  Execution execution;
-  const auto system = assemble(observeSphere({8, 8, 8}, 0, 0), priorOptions(Prior::triharmonic), execution);
+  const auto system = assemble(observeSphere({8, 8, 8}, 0, 0), priorOptions(Prior::triharmonic), serial);
   for (const SolverMethod method : allMethods) {
-    std::vector<double> d(static_cast<std::size_t>(system.size.count()), 3);
-    solve(system, solverOptions(method, 1e-9, 20000), 1, d, execution);
+    std::vector<double> d(system.size.count(), 3);
+    solve(system, solverOptions(method, 1e-9, 20000), 1, d, serial);
     for (const double value : d)
       ASSERT_NEAR(value, 0, 1e-4) << static_cast<int>(method);
   }
@@ -363,18 +350,17 @@ TEST(Solver, zeroDistancesGiveTheZeroField)
 
 TEST(Cholesky, refusesWhatTakesTooLongOrIsNotPositiveDefinite)
 {
-  Execution execution;
-  const auto system = assemble(observeSphere({80, 80, 80}), priorOptions(Prior::membrane), execution);
+  const auto system = assemble(observeSphere({80, 80, 80}), priorOptions(Prior::membrane), serial);
   auto d = zeros(system);
   const std::string message =
-      clouds::messageOf<ResourceLimit>([&] { solve(system, solverOptions(SolverMethod::cholesky), 1, d, execution); });
+      clouds::messageOf<ResourceLimit>([&] { solve(system, solverOptions(SolverMethod::cholesky), 1, d, serial); });
   for (const char* words : {"512000 unknowns", " s, in which the run could not be cancelled", "multigrid"})
     EXPECT_NE(message.find(words), std::string::npos) << message;
 
-  auto indefinite = assemble(observeSphere({8, 8, 8}), priorOptions(Prior::membrane), execution);
+  auto indefinite = assemble(observeSphere({8, 8, 8}), priorOptions(Prior::membrane), serial);
   d = zeros(indefinite);
   indefinite.matrix.coeffRef(100, 100) = -1;
-  EXPECT_THROW(solve(indefinite, solverOptions(SolverMethod::cholesky), 1, d, execution), SolverFailure);
+  EXPECT_THROW(solve(indefinite, solverOptions(SolverMethod::cholesky), 1, d, serial), SolverFailure);
 }
 
 TEST(Cholesky, theOrderOfEliminationSuitsEveryGridAndCoupling)
@@ -393,21 +379,20 @@ TEST(Cholesky, theOrderOfEliminationSuitsEveryGridAndCoupling)
             << size.x << " x " << size.y << " x " << size.z << ", k = " << pcl::mrf::order(prior);
         std::sort(order.begin(), order.end());
         for (std::int64_t i = 0; i < size.count(); ++i)
-          ASSERT_EQ(order[static_cast<std::size_t>(i)], i);
+          ASSERT_EQ(order[i], i);
       }
 }
 
 TEST(Solver, stopsAfterTheIterationsAndWhenItIsCancelled)
 {
-  Execution execution;
-  const auto system = assemble(observeSphere({16, 16, 16}), priorOptions(Prior::triharmonic), execution);
+  const auto system = assemble(observeSphere({16, 16, 16}), priorOptions(Prior::triharmonic), serial);
   for (const SolverMethod method : {SolverMethod::icmColors, SolverMethod::icm, SolverMethod::cg}) {
     auto d = zeros(system);
-    const SolveReport report = solve(system, solverOptions(method, 1e-9, 3), 1, d, execution);
+    const SolveReport report = solve(system, solverOptions(method, 1e-9, 3), 1, d, serial);
     EXPECT_EQ(report.iterations, 3);
     EXPECT_EQ(report.history.size(), 3u);
     EXPECT_FALSE(report.converged);
-    EXPECT_DOUBLE_EQ(report.relativeResidual, relativeResidual(system, d, execution));
+    EXPECT_DOUBLE_EQ(report.relativeResidual, relativeResidual(system, d, serial));
   }
   for (const SolverMethod method : allMethods) {
     Execution cancelling(2, [&](const std::string&, double fraction) {

@@ -16,9 +16,8 @@ std::vector<float> noise(int reach)
     for (int u = 0; u < side; ++u)
       for (int y = v - reach; y <= v + reach; ++y)
         for (int x = u - reach; x <= u + reach; ++x)
-          image[static_cast<std::size_t>(v * side + u)] +=
-              white[static_cast<std::size_t>((y + side) % side * side + (x + side) % side)] /
-              static_cast<float>(2 * reach + 1);
+          image[v * side + u] +=
+              white[(y + side) % side * side + (x + side) % side] / static_cast<float>(2 * reach + 1);
   return image;
 }
 
@@ -30,7 +29,7 @@ pcl::mrf::PointSet plane(const std::function<float(float depth)>& deviation, int
     for (int u = 0; u < side; ++u) {
       const float y = 1 - 2.f / 3 * static_cast<float>(v) / side, x = static_cast<float>(u) / side - .5f;
       const float depth = 1 / y;
-      const float measured = depth + deviation(depth) * errors[static_cast<std::size_t>(v * side + u)];
+      const float measured = depth + deviation(depth) * errors[v * side + u];
       points.positions.push_back(measured * Eigen::Vector3f(x, y, 1));
     }
   points.normals.assign(points.size(), -Eigen::Vector3f::UnitY());

@@ -85,7 +85,7 @@ double relativeDifference(const std::vector<A>& a, const std::vector<B>& b)
 
 inline std::vector<double> zeros(const LinearSystem& system)
 {
-  return std::vector<double>(static_cast<std::size_t>(system.size.count()));
+  return std::vector<double>(system.size.count());
 }
 
 inline SolverOptions solverOptions(SolverMethod method, double tolerance = 1e-4, int maxIterations = 0)

@@ -100,7 +100,7 @@ inline std::vector<std::array<std::array<float, 3>, 3>> cornersOf(const pcl::mrf
   for (const pcl::mrf::Triangle& t : mesh.triangles) {
     std::array<std::array<float, 3>, 3> corners;
     for (std::size_t i = 0; i < 3; ++i)
-      Eigen::Vector3f::Map(corners[i].data()) = mesh.vertices[static_cast<std::size_t>(t[i])];
+      Eigen::Vector3f::Map(corners[i].data()) = mesh.vertices[t[i]];
     std::rotate(corners.begin(), std::min_element(corners.begin(), corners.end()), corners.end());
     result.push_back(corners);
   }

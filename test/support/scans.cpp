@@ -187,7 +187,7 @@ std::vector<double> distancesToMesh(const std::vector<Eigen::Vector3d>& points, 
 
   std::vector<Kernel::Triangle_3> triangles;
   const auto corner = [&](std::int32_t v) {
-    const Eigen::Vector3f& p = mesh.vertices[static_cast<std::size_t>(v)];
+    const Eigen::Vector3f& p = mesh.vertices[v];
     return Kernel::Point_3(p.x(), p.y(), p.z());
   };
   for (const pcl::mrf::Triangle& t : mesh.triangles)

@@ -93,11 +93,9 @@ pcl::mrf::DistanceField field(const Sdf& sdf, double halfSide, int voxels)
   lattice.spacing = 2 * halfSide / voxels;
   lattice.origin = Vector3d::Constant(-halfSide + lattice.spacing / 2);
   std::vector<float> distances;
-  distances.reserve(static_cast<std::size_t>(lattice.size.count()));
-  for (int k = 0; k < voxels; ++k)
-    for (int j = 0; j < voxels; ++j)
-      for (int i = 0; i < voxels; ++i)
-        distances.push_back(static_cast<float>(sdf(lattice.origin + lattice.spacing * Vector3d(i, j, k))));
+  forVoxels(lattice.size, [&](int x, int y, int z) {
+    distances.push_back(static_cast<float>(sdf(lattice.origin + lattice.spacing * Vector3d(x, y, z))));
+  });
   std::vector<float> confidences(distances.size(), 1.0f);
   return {lattice, std::move(distances), std::move(confidences)};
 }

@@ -33,6 +33,16 @@ pcl::mrf::OrientedPoints oriented(const pcl::mrf::PointSet& points);
 /// confidence 1 everywhere.
 pcl::mrf::DistanceField field(const Sdf& sdf, double halfSide, int voxels);
 
+/// Calls body(x, y, z) for all voxels of a grid, in the order of memory.
+template <typename Body>
+void forVoxels(const pcl::mrf::GridSize& size, const Body& body)
+{
+  for (int z = 0; z < size.z; ++z)
+    for (int y = 0; y < size.y; ++y)
+      for (int x = 0; x < size.x; ++x)
+        body(x, y, z);
+}
+
 } // namespace shapes
 
 /// Root of the mean of the squares; 0 for no values.

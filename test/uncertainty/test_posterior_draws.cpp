@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Compares draws from the posterior with the matrix whose inverse is their covariance.
 #include "field/prior.h"
-#include "solver/grid_solver.h"
 #include "solver/grids.h"
 #include "support/linear_systems.h"
 #include "support/threads.h"

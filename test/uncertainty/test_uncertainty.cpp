@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Error bars: sigma compared with the true error, and changes that must not affect it.
+#include "base/select_values.h"
 #include "support/cancelling.h"
 #include "support/clouds.h"
 #include "support/depth_image.h"
@@ -41,12 +42,6 @@ PointSet withHoles(const PointSet& points, float radius)
         return false;
     return true;
   });
-}
-
-double median(std::vector<float> values)
-{
-  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2), values.end());
-  return static_cast<double>(values[values.size() / 2]);
 }
 
 Eigen::Vector3d positionOf(const Reconstruction& result, std::size_t vertex)
@@ -169,8 +164,7 @@ TEST(Uncertainty, RisesEvenlyFromDataIntoFillings)
   std::vector<float> ratios;
   for (const Triangle& corners : mesh.triangles)
     for (std::size_t c = 0; c < corners.size(); ++c) {
-      const auto from = static_cast<std::size_t>(corners[c]),
-                 to = static_cast<std::size_t>(corners[(c + 1) % corners.size()]);
+      const std::int32_t from = corners[c], to = corners[(c + 1) % corners.size()];
       if (mesh.confidences[from] > 0 && !(mesh.confidences[to] > 0))
         ratios.push_back(mesh.sigmas[to] / mesh.sigmas[from]);
     }
