@@ -2,7 +2,6 @@
 #include "remesher/border_curves.h"
 
 #include <algorithm>
-#include <utility>
 
 namespace pcl::mrf {
 namespace {

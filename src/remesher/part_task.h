@@ -8,10 +8,8 @@
 #include <pcl/surface/mrf/execution.h>
 #include <pcl/surface/mrf/options.h>
 
-#include <cstdint>
 #include <functional>
 #include <string>
-#include <vector>
 
 namespace pcl::mrf {
 

@@ -15,7 +15,6 @@
 #include <pcl/surface/mrf/exceptions.h>
 
 #include <algorithm>
-#include <iterator>
 #include <optional>
 #include <utility>
 #include <vector>

@@ -6,7 +6,6 @@
 
 #include <pcl/surface/mrf/execution.h>
 #include <pcl/surface/mrf/neighbor_search.h>
-#include <pcl/surface/mrf/options.h>
 #include <pcl/surface/mrf/point_set.h>
 
 #include <vector>

@@ -7,7 +7,6 @@
 #include "uncertainty/uncertainty.h"
 
 #include <pcl/surface/mrf/distance_field.h>
-#include <pcl/surface/mrf/options.h>
 
 #include <cstdint>
 #include <vector>
