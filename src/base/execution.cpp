@@ -237,7 +237,7 @@ double Execution::sum(std::int64_t count, std::int64_t grain,
                       const std::function<double(std::int64_t begin, std::int64_t end)>& body)
 {
   grain = std::max<std::int64_t>(grain, 1);
-  std::vector<double> partial(static_cast<std::size_t>((count + grain - 1) / grain));
+  std::vector<double> partial((count + grain - 1) / grain);
   forRange(count, grain, [&](std::int64_t begin, std::int64_t end) { partial[begin / grain] = body(begin, end); });
   double total = 0;
   for (const double value : partial)

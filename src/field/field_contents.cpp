@@ -30,16 +30,13 @@ Range rangeOf(const Lattice& lattice, const Eigen::AlignedBox3d& box, int axis)
 /// The voxels of a band in the given rows of the given planes.
 VoxelSet rowsOf(const VoxelSet& band, const Range& rows, const Range& planes, Execution& execution)
 {
-  return VoxelSet(
-      band.size(),
-      [&](int z, MaskPlane& mask) {
-        if (!planes.has(z))
-          return;
-        for (int y = std::max(rows.first, 0); y <= std::min(rows.last, mask.rows() - 1); ++y)
-          for (const Run& run : band.row(y, z))
-            mask.setRange(band.xOf(run, y), band.xOf(run, y) + run.count, y);
-      },
-      0, execution);
+  return VoxelSet(band.size(), execution, [&](int z, MaskPlane& mask) {
+    if (!planes.has(z))
+      return;
+    for (int y = std::max(rows.first, 0); y <= std::min(rows.last, mask.rows() - 1); ++y)
+      for (const Run& run : band.row(y, z))
+        mask.setRange(band.xOf(run, y), band.xOf(run, y) + run.count, y);
+  });
 }
 
 } // namespace

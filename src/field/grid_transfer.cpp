@@ -134,7 +134,7 @@ void CubicInterpolation::evaluatePlane(const VoxelSet& fine, int z, float* out, 
   const int parentZ = refinement_.parent(z, 2), sideZ = refinement_.isSecond(z, 2) ? 1 : -1;
   for (int tap = 0; tap < 4; ++tap)
     planes.add(parentZ + sideZ * (tap - 1), cubicWeights[tap]);
-  prepare(scratch.rows, static_cast<std::size_t>(coarse_.voxels.size().x) + 16);
+  prepare(scratch.rows, coarse_.voxels.size().x + 16);
   for (int y = 0; y < fine.size().y; ++y) {
     const int parentY = refinement_.parent(y, 1), sideY = refinement_.isSecond(y, 1) ? 1 : -1;
     for (const Run& run : fine.row(y, z)) {
@@ -158,7 +158,7 @@ void addProlonged(const PackedField& coarse, const Refinement& refinement, const
   const int parentZ = refinement.parent(z, 2);
   planes.add(parentZ, .75f);
   planes.add(parentZ + (refinement.isSecond(z, 2) ? 1 : -1), .25f);
-  prepare(scratch.rows, static_cast<std::size_t>(coarse.voxels.size().x) + 16);
+  prepare(scratch.rows, coarse.voxels.size().x + 16);
   for (int y = 0; y < fine.size().y; ++y) {
     const int parentY = refinement.parent(y, 1), otherY = parentY + (refinement.isSecond(y, 1) ? 1 : -1);
     for (const Run& run : fine.row(y, z)) {
@@ -182,7 +182,7 @@ void restrictPlane(const PackedField& fine, const Refinement& refinement, float 
   planes.add(firstZ, .75f);
   planes.add(firstZ + 1, .75f);
   planes.add(firstZ + 2, .25f);
-  prepare(scratch.rows, 2 * static_cast<std::size_t>(coarse.size().x) + 16);
+  prepare(scratch.rows, 2 * coarse.size().x + 16);
   for (int y = 0; y < coarse.size().y; ++y) {
     const int firstY = refinement.firstChild(y, 1);
     for (const Run& run : coarse.row(y, z)) {
@@ -200,22 +200,15 @@ void restrictPlane(const PackedField& fine, const Refinement& refinement, float 
   }
 }
 
-VoxelSet coarsened(const VoxelSet& fine, const GridSize& coarse, const Refinement& refinement, int roundUpTo,
-                   Execution& execution)
+VoxelSet coarsened(const VoxelSet& fine, const GridSize& coarse, const Refinement& refinement, Execution& execution)
 {
-  return VoxelSet(
-      coarse,
-      [&](int z, MaskPlane& mask) {
-        const int firstZ = refinement.firstChild(z, 2);
-        for (int child = std::max(firstZ, 0); child < std::min(firstZ + 2, fine.size().z); ++child)
-          for (int y = 0; y < fine.size().y; ++y)
-            for (const Run& run : fine.row(y, child)) {
-              const int x = fine.xOf(run, y);
-              mask.setRange(refinement.parent(x, 0), refinement.parent(x + run.count - 1, 0) + 1,
-                            refinement.parent(y, 1));
-            }
-      },
-      roundUpTo, execution);
+  return VoxelSet(coarse, execution, [&](int z, MaskPlane& mask) {
+    const int firstZ = refinement.firstChild(z, 2);
+    for (const int child : {firstZ, firstZ + 1})
+      fine.forRuns(child, [&](const Run& run, int x, int y) {
+        mask.setRange(refinement.parent(x, 0), refinement.parent(x + run.count - 1, 0) + 1, refinement.parent(y, 1));
+      });
+  });
 }
 
 } // namespace pcl::mrf

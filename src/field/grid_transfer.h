@@ -4,8 +4,6 @@
 
 #include "field/voxel_set.h"
 
-#include <pcl/surface/mrf/options.h>
-
 #include <vector>
 
 namespace pcl::mrf {
@@ -67,8 +65,7 @@ void addProlonged(const PackedField& coarse, const Refinement& refinement, const
 void restrictPlane(const PackedField& fine, const Refinement& refinement, float scale, const VoxelSet& coarse, int z,
                    float* out, TransferScratch& scratch);
 
-/// The parents of a band's voxels. \param roundUpTo as in VoxelSet's constructor
-VoxelSet coarsened(const VoxelSet& fine, const GridSize& coarse, const Refinement& refinement, int roundUpTo,
-                   Execution& execution);
+/// The parents of a band's voxels.
+VoxelSet coarsened(const VoxelSet& fine, const GridSize& coarse, const Refinement& refinement, Execution& execution);
 
 } // namespace pcl::mrf

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "field/interpolation.h"
 
+#include "base/loops.h"
+
 #include <algorithm>
 #include <cmath>
 
@@ -17,8 +19,8 @@ std::vector<float> alongAxis(int axis, const std::array<float, 4>& weights, cons
   Eigen::Array3i to = from;
   to[axis] = Eigen::Array3i(fine.size.x, fine.size.y, fine.size.z)[axis];
   const std::int64_t step = from.head(axis).cast<std::int64_t>().prod(); // between neighbors along the axis
-  std::vector<float> result(static_cast<std::size_t>(to.cast<std::int64_t>().prod()));
-  std::vector<std::array<int, 4>> taps(static_cast<std::size_t>(to[axis]));
+  std::vector<float> result(to.cast<std::int64_t>().prod());
+  std::vector<std::array<int, 4>> taps(to[axis]);
   for (int i = 0; i < to[axis]; ++i) {
     const double position = (fine.origin[axis] - coarse.origin[axis]) / coarse.spacing + .5 * i;
     const int parent = static_cast<int>(std::lround(position)), side = position > parent ? 1 : -1;
@@ -27,19 +29,16 @@ std::vector<float> alongAxis(int axis, const std::array<float, 4>& weights, cons
   }
   // Lines along the axis that lie side by side in memory are interpolated together.
   const std::int64_t groups = static_cast<std::int64_t>(result.size()) / (step * to[axis]);
-  execution.forRange(groups * to[axis], std::max<std::int64_t>(grainValues / step, 1),
-                     [&](std::int64_t begin, std::int64_t end) {
-                       for (std::int64_t n = begin; n < end; ++n) {
-                         const float* const first = values.data() + step * from[axis] * (n / to[axis]);
-                         const auto& tap = taps[n % to[axis]];
-                         const std::array<const float*, 4> rows = {first + step * tap[0], first + step * tap[1],
-                                                                   first + step * tap[2], first + step * tap[3]};
-                         float* const out = result.data() + step * n;
-                         for (std::int64_t x = 0; x < step; ++x)
-                           out[x] = weights[0] * rows[0][x] + weights[1] * rows[1][x] + weights[2] * rows[2][x] +
-                                    weights[3] * rows[3][x];
-                       }
-                     });
+  const std::int64_t grain = std::max<std::int64_t>(grainValues / step, 1);
+  forEach<std::int64_t>(execution, groups * to[axis], grain, [&](std::int64_t n) {
+    const float* const first = values.data() + step * from[axis] * (n / to[axis]);
+    const auto& tap = taps[n % to[axis]];
+    const std::array<const float*, 4> rows = {first + step * tap[0], first + step * tap[1], first + step * tap[2],
+                                              first + step * tap[3]};
+    float* const out = result.data() + step * n;
+    for (std::int64_t x = 0; x < step; ++x)
+      out[x] = weights[0] * rows[0][x] + weights[1] * rows[1][x] + weights[2] * rows[2][x] + weights[3] * rows[3][x];
+  });
   return result;
 }
 

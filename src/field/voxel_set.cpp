@@ -162,22 +162,22 @@ void MaskPlane::shrinkCrosswise()
     const std::uint64_t* own = before.row(y);
     for (int w = 0; w < words_; ++w) {
       const std::uint64_t left = own[w] << 1 | (w > 0 ? own[w - 1] >> (wordBits - 1) : 0);
-      const std::uint64_t right = own[w] >> 1 | (w + 1 < words_ ? own[w + 1] << (wordBits - 1) : 0);
+      const std::uint64_t right = nextBits(own, w, words_);
       words[w] &= left & right & (y > 0 ? before.row(y - 1)[w] : 0) & (y + 1 < size_.y ? before.row(y + 1)[w] : 0);
     }
   }
 }
 
-VoxelSet::VoxelSet(GridSize size, const Fill& fill, int roundUpTo, Execution& execution)
+VoxelSet::VoxelSet(GridSize size, Execution& execution, const Fill& fill, int roundUpTo)
 {
   build(
       size, [&] { return fill; }, roundUpTo, grainPlanes, execution);
 }
 
-VoxelSet VoxelSet::inPieces(GridSize size, const std::function<Fill()>& makeFill, int roundUpTo, Execution& execution)
+VoxelSet VoxelSet::inPieces(GridSize size, Execution& execution, const std::function<Fill()>& makeFill)
 {
   VoxelSet band;
-  band.build(size, makeFill, roundUpTo, windowPlanes, execution);
+  band.build(size, makeFill, 0, windowPlanes, execution);
   return band;
 }
 
@@ -214,13 +214,13 @@ void VoxelSet::build(GridSize size, const std::function<Fill()>& makeFill, int r
   size_ = size;
   const auto rows = static_cast<std::size_t>(size.y) * static_cast<std::size_t>(size.z);
   requireCountable(size);
-  std::vector<std::vector<Run>> planes(static_cast<std::size_t>(size.z));
+  std::vector<std::vector<Run>> planes(size.z);
   std::vector<std::uint32_t> runsInRow(rows, 0);
-  planeFirst_.assign(static_cast<std::size_t>(size.z) + 1, 0);
-  execution.forRange(size.z, pieceSize, [&](std::int64_t begin, std::int64_t end) {
+  planeFirst_.assign(size.z + 1, 0);
+  execution.forRange(size.z, pieceSize, [&](int begin, int end) {
     MaskPlane mask(size);
     const Fill fill = makeFill();
-    for (int z = static_cast<int>(begin); z < static_cast<int>(end); ++z) {
+    for (int z = begin; z < end; ++z) {
       mask.clear();
       fill(z, mask);
       std::vector<Run>& runs = planes[z];
@@ -228,10 +228,9 @@ void VoxelSet::build(GridSize size, const std::function<Fill()>& makeFill, int r
       for (int y = 0; y < size.y; ++y) {
         const std::size_t before = runs.size();
         values = addRow(mask, y, roundUpTo, values, runs);
-        runsInRow[static_cast<std::size_t>(y) + static_cast<std::size_t>(size.y) * static_cast<std::size_t>(z)] =
-            static_cast<std::uint32_t>(runs.size() - before);
+        runsInRow[y + std::int64_t{size.y} * z] = static_cast<std::uint32_t>(runs.size() - before);
       }
-      planeFirst_[static_cast<std::size_t>(z) + 1] = values;
+      planeFirst_[z + 1] = values;
     }
   });
 
@@ -259,13 +258,7 @@ void VoxelSet::build(GridSize size, const std::function<Fill()>& makeFill, int r
 
 void VoxelSet::rasterize(int z, MaskPlane& mask) const
 {
-  if (z < 0 || z >= size_.z)
-    return;
-  for (int y = 0; y < size_.y; ++y)
-    for (const Run& run : row(y, z)) {
-      const int x = xOf(run, y);
-      setBits(mask.row(y), x, x + run.count);
-    }
+  forRuns(z, [&](const Run& run, int x, int y) { setBits(mask.row(y), x, x + run.count); });
 }
 
 std::size_t VoxelSet::bytes() const
@@ -276,43 +269,36 @@ std::size_t VoxelSet::bytes() const
 
 VoxelSet dilated(const VoxelSet& band, int steps, int stepsX, Execution& execution)
 {
-  return VoxelSet(
-      band.size(),
-      [&](int z, MaskPlane& mask) {
-        for (int other = z - steps; other <= z + steps; ++other)
-          band.rasterize(other, mask);
-        mask.growAlongY(steps);
-        mask.growAlongX(stepsX);
-      },
-      0, execution);
+  return VoxelSet(band.size(), execution, [&](int z, MaskPlane& mask) {
+    for (int other = z - steps; other <= z + steps; ++other)
+      band.rasterize(other, mask);
+    mask.growAlongY(steps);
+    mask.growAlongX(stepsX);
+  });
 }
 
 VoxelSet eroded(const VoxelSet& band, int steps, Execution& execution)
 {
-  const VoxelSet shrunk(
-      band.size(),
-      [&](int z, MaskPlane& mask) {
-        band.rasterize(z, mask);
-        mask.shrinkCrosswise();
-        for (const int other : {z - 1, z + 1}) {
-          MaskPlane beside(band.size());
-          band.rasterize(other, beside);
-          mask.intersect(beside);
-        }
-      },
-      0, execution);
+  const VoxelSet shrunk(band.size(), execution, [&](int z, MaskPlane& mask) {
+    band.rasterize(z, mask);
+    mask.shrinkCrosswise();
+    for (const int other : {z - 1, z + 1}) {
+      MaskPlane beside(band.size());
+      band.rasterize(other, beside);
+      mask.intersect(beside);
+    }
+  });
   return steps > 1 ? eroded(shrunk, steps - 1, execution) : shrunk;
 }
 
 PackedValues degrees(const VoxelSet& band, Execution& execution)
 {
-  PackedValues result(static_cast<std::size_t>(band.count()));
-  execution.forRange(band.size().z, windowPlanes, [&](std::int64_t begin, std::int64_t end) {
+  PackedValues result(band.count());
+  execution.forRange(band.size().z, windowPlanes, [&](int first, int last) {
     // Windows of planes by z modulo 3; they are 1 at the voxels of the band.
     std::array<std::vector<float>, 3> windows;
     windows.fill(std::vector<float>(band.windowCount(), 0));
     const auto window = [&](int z) { return windows[(z + 3) % 3].data(); };
-    const auto first = static_cast<int>(begin), last = static_cast<int>(end);
     for (int z = first - 1; z <= last; ++z) {
       if (z - 3 >= first - 1)
         kernels::clear(band.plane(z - 3), window(z - 3));
@@ -332,10 +318,9 @@ VoxelSet connectedTo(VoxelSet band, const VoxelSet& other, Execution& execution)
   const std::size_t runs = indexOf(band.row(size.y - 1, size.z - 1).ends);
   DisjointSets parts(runs);
   const auto forRows = [&](const auto& body) {
-    execution.forRange(size.z, windowPlanes, [&](std::int64_t begin, std::int64_t end) {
-      for (int z = static_cast<int>(begin); z < static_cast<int>(end); ++z)
-        for (int y = 0; y < size.y; ++y)
-          body(y, z);
+    forEach<int>(execution, size.z, windowPlanes, [&](int z) {
+      for (int y = 0; y < size.y; ++y)
+        body(y, z);
     });
   };
   const auto forOverlaps = [&](const Runs& a, const Runs& b, const auto& body) {
@@ -370,15 +355,12 @@ VoxelSet connectedTo(VoxelSet band, const VoxelSet& other, Execution& execution)
   });
   if (keepsAll)
     return band;
-  return VoxelSet(
-      size,
-      [&](int z, MaskPlane& mask) {
-        for (int y = 0; y < size.y; ++y)
-          for (const Run& run : band.row(y, z))
-            if (isReached[parts.find(indexOf(&run))])
-              mask.setRange(band.xOf(run, y), band.xOf(run, y) + run.count, y);
-      },
-      0, execution);
+  return VoxelSet(size, execution, [&](int z, MaskPlane& mask) {
+    band.forRuns(z, [&](const Run& run, int x, int y) {
+      if (isReached[parts.find(indexOf(&run))])
+        mask.setRange(x, x + run.count, y);
+    });
+  });
 }
 
 namespace kernels {

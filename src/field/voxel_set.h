@@ -93,6 +93,12 @@ void forEachWord(int begin, int end, const Body& body)
   }
 }
 
+/// The bits of the voxels after those of word w of a row, which has `words` words; none follows the last one.
+inline std::uint64_t nextBits(const std::uint64_t* row, int w, int words)
+{
+  return row[w] >> 1 | (w + 1 < words ? row[w + 1] << (MaskPlane::wordBits - 1) : 0);
+}
+
 /// Sets the bits of the voxels [begin, end) of a row.
 inline void setBits(std::uint64_t* words, int begin, int end)
 {
@@ -139,10 +145,10 @@ public:
   /// \param fill called concurrently
   /// \throw ResourceLimit if the grid or its runs are too many for 32-bit numbers
   /// \param roundUpTo runs are lengthened to multiples of 8 voxels, but end before this x; 0: they stay as they are
-  VoxelSet(GridSize size, const Fill& fill, int roundUpTo, Execution& execution);
+  VoxelSet(GridSize size, Execution& execution, const Fill& fill, int roundUpTo = 0);
 
   /// \param makeFill called for each piece of consecutive planes; its Fill is called for them in ascending order
-  static VoxelSet inPieces(GridSize size, const std::function<Fill()>& makeFill, int roundUpTo, Execution& execution);
+  static VoxelSet inPieces(GridSize size, Execution& execution, const std::function<Fill()>& makeFill);
 
   GridSize size() const { return size_; }
   std::int64_t count() const { return planeFirst_.empty() ? 0 : planeFirst_.back(); }
@@ -180,8 +186,7 @@ public:
 
   Runs row(int y, int z) const
   {
-    const std::size_t at =
-        static_cast<std::size_t>(y) + static_cast<std::size_t>(size_.y) * static_cast<std::size_t>(z);
+    const std::int64_t at = y + std::int64_t{size_.y} * z;
     return {runs_.data() + rowBegin_[at], runs_.data() + rowBegin_[at + 1], windowIndex(0, y)};
   }
   /// The planes [bottom, top) hold all voxels.
@@ -210,6 +215,16 @@ public:
   }
   std::int32_t windowIndex(int x, int y) const { return (y + 1) * windowStride() + x + windowMargin; }
   int xOf(const Run& run, int y) const { return run.at - windowIndex(0, y); }
+
+  /// Calls body(run, x of its first voxel, y) for the runs of plane z, row by row. Planes outside of the grid are
+  /// empty.
+  template <typename Body>
+  void forRuns(int z, const Body& body) const
+  {
+    for (int y = 0; z >= 0 && z < size_.z && y < size_.y; ++y)
+      for (const Run& run : row(y, z))
+        body(run, xOf(run, y), y);
+  }
 
   /// Sets the bits of plane z.
   void rasterize(int z, MaskPlane& mask) const;

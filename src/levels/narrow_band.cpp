@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "levels/narrow_band.h"
 
+#include "base/loops.h"
 #include "field/prior.h"
-#include "observation/observation.h"
 
 #include <pcl/surface/mrf/report.h>
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <memory>
 
@@ -59,15 +58,10 @@ struct SignPlane {
   {
     known.clear();
     negative.clear();
-    if (z < 0 || z >= band.size().z)
-      return;
     band.rasterize(z, known);
-    for (int y = 0; y < band.size().y; ++y)
-      for (const Run& run : band.row(y, z)) {
-        const float* value = values + band.planeFirst(z) + run.first;
-        const int x = band.xOf(run, y);
-        setNegativeBits(negative.row(y), x, x + run.count, value);
-      }
+    band.forRuns(z, [&](const Run& run, int x, int y) {
+      setNegativeBits(negative.row(y), x, x + run.count, values + band.planeFirst(z) + run.first);
+    });
   }
 };
 
@@ -75,15 +69,12 @@ struct SignPlane {
 VoxelSet combined(const VoxelSet& a, const VoxelSet& b, void (MaskPlane::*operation)(const MaskPlane&),
                   Execution& execution)
 {
-  return VoxelSet(
-      a.size(),
-      [&](int z, MaskPlane& mask) {
-        MaskPlane other(b.size());
-        a.rasterize(z, mask);
-        b.rasterize(z, other);
-        (mask.*operation)(other);
-      },
-      0, execution);
+  return VoxelSet(a.size(), execution, [&](int z, MaskPlane& mask) {
+    MaskPlane other(b.size());
+    a.rasterize(z, mask);
+    b.rasterize(z, other);
+    (mask.*operation)(other);
+  });
 }
 
 VoxelSet common(const VoxelSet& a, const VoxelSet& b, Execution& execution)
@@ -99,7 +90,7 @@ VoxelSet without(const VoxelSet& a, const VoxelSet& b, Execution& execution)
 /// The values on a part of a set, packed.
 PackedValues valuesOn(const VoxelSet& part, const VoxelSet& whole, const PackedValues& values)
 {
-  PackedValues result(static_cast<std::size_t>(part.count()));
+  PackedValues result(part.count());
   for (int z = 0; z < part.size().z; ++z)
     forEachPair(part, whole, z, [&](std::int64_t inner, std::int64_t outer, std::int64_t count) {
       std::copy_n(values.begin() + outer, count, result.begin() + inner);
@@ -139,10 +130,7 @@ public:
       if (y + 1 < rows)
         mark(own, y + 1);
       for (int w = 0; w < words; ++w) {
-        const auto following = [&](const std::uint64_t* row) {
-          return row[w] >> 1 | (w + 1 < words ? row[w + 1] << (MaskPlane::wordBits - 1) : 0);
-        };
-        const std::uint64_t cut = (negative[w] ^ following(negative)) & known[w] & following(known);
+        const std::uint64_t cut = (negative[w] ^ nextBits(negative, w, words)) & known[w] & nextBits(known, w, words);
         out[w] |= cut | cut << 1;
         if (w + 1 < words)
           out[w + 1] |= cut >> (MaskPlane::wordBits - 1);
@@ -160,8 +148,8 @@ private:
 /// Both ends of all edges of the lattice whose ends have different signs.
 VoxelSet crossings(const VoxelSet& band, const PackedValues& values, Execution& execution)
 {
-  return VoxelSet::inPieces(
-      band.size(), [&]() -> VoxelSet::Fill { return CrossingFinder(band, values.data()); }, 0, execution);
+  return VoxelSet::inPieces(band.size(), execution,
+                            [&]() -> VoxelSet::Fill { return CrossingFinder(band, values.data()); });
 }
 
 /// Adds the voxels of a band, grown by a box of one voxel and by `crosses` crosses, to the mask.
@@ -194,22 +182,17 @@ void addGrown(const VoxelSet& band, int crosses, int z, MaskPlane& mask)
 /// Sets the voxels of plane z that are children of coarse voxels.
 void rasterizeChildren(const VoxelSet& coarse, const Refinement& refinement, int z, MaskPlane& mask)
 {
-  const int plane = refinement.parent(z, 2);
-  if (plane < 0 || plane >= coarse.size().z)
-    return;
-  for (int y = 0; y < coarse.size().y; ++y)
-    for (const Run& run : coarse.row(y, plane)) {
-      const int x = coarse.xOf(run, y), first = refinement.firstChild(y, 1);
-      for (int child = first; child < first + 2; ++child)
-        if (child >= 0 && child < mask.rows())
-          mask.setRange(refinement.firstChild(x, 0), refinement.firstChild(x + run.count, 0), child);
-    }
+  coarse.forRuns(refinement.parent(z, 2), [&](const Run& run, int x, int y) {
+    const int first = refinement.firstChild(y, 1);
+    for (const int child : {first, first + 1})
+      if (child >= 0 && child < mask.rows())
+        mask.setRange(refinement.firstChild(x, 0), refinement.firstChild(x + run.count, 0), child);
+  });
 }
 
 VoxelSet childrenOf(const VoxelSet& coarse, const Refinement& refinement, const GridSize& size, Execution& execution)
 {
-  return VoxelSet(
-      size, [&](int z, MaskPlane& mask) { rasterizeChildren(coarse, refinement, z, mask); }, 0, execution);
+  return VoxelSet(size, execution, [&](int z, MaskPlane& mask) { rasterizeChildren(coarse, refinement, z, mask); });
 }
 
 /// Voxels this close to the border of the bands' grid are never unknowns: their stencils would leave it.
@@ -233,48 +216,30 @@ void setUnknowns(LevelField& field, const PackedValues& guess, const Solved& sol
   for (int z = 0; z < field.unknowns.size().z; ++z)
     forEachPair(field.unknowns, field.support, z, [&](std::int64_t inner, std::int64_t outer, std::int64_t count) {
       for (std::int64_t i = 0; i < count; ++i) {
-        const float former = guess[static_cast<std::size_t>(inner + i)];
-        field.values[static_cast<std::size_t>(outer + i)] =
-            std::clamp(solved(static_cast<std::size_t>(inner + i), static_cast<std::size_t>(outer + i)), former - most,
-                       former + most);
+        const float former = guess[inner + i];
+        field.values[outer + i] = std::clamp(solved(inner + i, outer + i), former - most, former + most);
       }
     });
 }
 
-PackedValues interpolated(const LevelField& coarse, const Refinement& refinement, const VoxelSet& fine,
-                          Execution& execution)
-{
-  const CubicInterpolation cubic({coarse.support, coarse.values.data()}, refinement);
-  PackedValues values(static_cast<std::size_t>(fine.count()));
-  execution.forRange(fine.size().z, 16, [&](std::int64_t begin, std::int64_t end) {
-    TransferScratch scratch;
-    for (int z = static_cast<int>(begin); z < static_cast<int>(end); ++z)
-      cubic.evaluatePlane(fine, z, values.data() + fine.planeFirst(z), scratch);
-  });
-  return values;
-}
-
 /// Where the interpolation of a coarser level changes sign, as far as that level's unknowns reach.
-VoxelSet predictedZeroLevel(const LevelField& coarse, const Refinement& refinement, const GridSize& size,
-                            Execution& execution)
+VoxelSet predictedZeroLevel(const LevelField& coarse, const Lattice& lattice, Execution& execution)
 {
-  const VoxelSet predicted = childrenOf(coarse.unknowns, refinement, size, execution);
-  return crossings(predicted, interpolated(coarse, refinement, predicted, execution), execution);
+  const VoxelSet predicted =
+      childrenOf(coarse.unknowns, Refinement(coarse.lattice, lattice), withMargin(lattice.size), execution);
+  return crossings(predicted, interpolated(coarse, lattice, predicted, execution), execution);
 }
 
 /// The voxels that hold a band: observed ones, and in a tile those at its cuts, where the band continues.
 VoxelSet holdOf(const VoxelSet& observed, const BandTile* tile, Execution& execution)
 {
   const GridSize size = observed.size();
-  return VoxelSet(
-      size,
-      [&](int z, MaskPlane& mask) {
-        observed.rasterize(z, mask);
-        if (tile && ((z == rim && tile->isCutBelow) || (z == size.z - rim - 1 && tile->isCutAbove)))
-          for (int y = 0; y < size.y; ++y)
-            mask.setRange(0, size.x, y);
-      },
-      0, execution);
+  return VoxelSet(size, execution, [&](int z, MaskPlane& mask) {
+    observed.rasterize(z, mask);
+    if (tile && ((z == rim && tile->isCutBelow) || (z == size.z - rim - 1 && tile->isCutAbove)))
+      for (int y = 0; y < size.y; ++y)
+        mask.setRange(0, size.x, y);
+  });
 }
 
 /// The band of a level around the zero level as far as that is known, held by observations or not. \param narrow voxels
@@ -284,28 +249,23 @@ VoxelSet bandAround(const VoxelSet& zeroLevel, const VoxelSet& observed, const V
 {
   const GridSize size = zeroLevel.size();
   const int crosses = own.isFirst && own.isFinest() ? crossesOfOnlyBand : crossesNearData;
-  const VoxelSet farZeroLevel(
-      size,
-      [&](int z, MaskPlane& mask) {
-        MaskPlane near(size);
-        rasterizeChildren(narrow, refinement, z, near);
-        zeroLevel.rasterize(z, mask);
-        mask.subtract(near);
-      },
-      0, execution);
-  return VoxelSet(
-      size,
-      [&](int z, MaskPlane& mask) {
-        addGrown(zeroLevel, crosses, z, mask);
-        addGrown(farZeroLevel, crossesFarFromData, z, mask);
-        observed.rasterize(z, mask);
-        // Interpolated values are known all around these voxels only.
-        MaskPlane predicted(size);
-        rasterizeChildren(coarseUnknowns, refinement, z, predicted);
-        mask.intersect(predicted);
-        clearRim(size, z, mask);
-      },
-      size.x - rim, execution);
+  const VoxelSet farZeroLevel(size, execution, [&](int z, MaskPlane& mask) {
+    MaskPlane near(size);
+    rasterizeChildren(narrow, refinement, z, near);
+    zeroLevel.rasterize(z, mask);
+    mask.subtract(near);
+  });
+  const auto fill = [&](int z, MaskPlane& mask) {
+    addGrown(zeroLevel, crosses, z, mask);
+    addGrown(farZeroLevel, crossesFarFromData, z, mask);
+    observed.rasterize(z, mask);
+    // Interpolated values are known all around these voxels only.
+    MaskPlane predicted(size);
+    rasterizeChildren(coarseUnknowns, refinement, z, predicted);
+    mask.intersect(predicted);
+    clearRim(size, z, mask);
+  };
+  return VoxelSet(size, execution, fill, size.x - rim);
 }
 
 /// The samples whose cells have all of their voxels in a set.
@@ -332,27 +292,10 @@ LevelSamples samplesOf(const BandLevel& own, const VoxelSet& unknowns, std::size
   VoxelSet voxels = unknowns;
   for (std::size_t at = own.level; at > 0 && own.level - at < coarseGrids; --at) {
     const Refinement refinement(own.lattices[at - 1], own.lattices[at]);
-    voxels = coarsened(voxels, withMargin(own.lattices[at - 1].size), refinement, 0, execution);
+    voxels = coarsened(voxels, withMargin(own.lattices[at - 1].size), refinement, execution);
     samples.beneath[at - 1] = samplesWithin(all.beneath[at - 1], voxels);
   }
   return samples;
-}
-
-/// The number of voxels of a band at the zero level that have a neighbor outside the band.
-std::int64_t countAtRim(const VoxelSet& band, const VoxelSet& zeroLevel, Execution& execution)
-{
-  const GridSize size = band.size();
-  const VoxelSet inside = eroded(band, 1, execution);
-  const auto fill = [&](int z, MaskPlane& mask) {
-    MaskPlane solved(size), inner(size);
-    band.rasterize(z, mask);
-    inside.rasterize(z, inner);
-    zeroLevel.rasterize(z, solved);
-    mask.subtract(inner);
-    mask.intersect(solved);
-    clearRim(size, z, mask);
-  };
-  return VoxelSet(size, fill, 0, execution).count();
 }
 
 /// Continues the change of a field from the unknowns to the rest of its support: along x, then y, then z, each from the
@@ -373,11 +316,10 @@ public:
   /// Adds the change to the values around the unknowns. \param values those that the constructor was given
   void addAround(PackedValues& values) const
   {
-    forRuns([&](int y, int z, const Run& run, std::size_t first) {
+    forRuns([&](int y, int z, const Run& run, std::int64_t first) {
       const auto add = [&](std::int32_t from, std::int32_t to) {
-        for (std::int32_t at = from; at < to; ++at)
-          values[first + static_cast<std::size_t>(at - run.at)] +=
-              change_[first + static_cast<std::size_t>(at - run.at)];
+        for (std::int64_t at = first + from - run.at; at < first + to - run.at; ++at)
+          values[at] += change_[at];
       };
       std::int32_t done = run.at;
       for (const Run& inner : unknowns_.row(y, z))
@@ -394,18 +336,14 @@ private:
   template <typename Body>
   void forRuns(const Body& body) const
   {
-    const GridSize size = support_.size();
-    execution_.forRange(size.z, 4, [&](std::int64_t begin, std::int64_t end) {
-      for (int z = static_cast<int>(begin); z < static_cast<int>(end); ++z)
-        for (int y = 0; y < size.y; ++y)
-          for (const Run& run : support_.row(y, z))
-            body(y, z, run, static_cast<std::size_t>(support_.planeFirst(z) + run.first));
+    forEach<int>(execution_, support_.size().z, 4, [&](int z) {
+      support_.forRuns(z, [&](const Run& run, int, int y) { body(y, z, run, support_.planeFirst(z) + run.first); });
     });
   }
 
   void extendAlongRows()
   {
-    forRuns([&](int y, int z, const Run& run, std::size_t first) {
+    forRuns([&](int y, int z, const Run& run, std::int64_t first) {
       float* const changes = change_.data() + first;
       int known = -1; // the last voxel of the run with a change of its own
       for (const Run& inner : unknowns_.row(y, z)) {
@@ -414,7 +352,7 @@ private:
           continue;
         const float* const before = guess_.data() + unknowns_.planeFirst(z) + inner.first;
         for (int i = 0; i < inner.count; ++i)
-          changes[begin + i] = values_[first + static_cast<std::size_t>(begin + i)] - before[i];
+          changes[begin + i] = values_[first + begin + i] - before[i];
         for (int i = known + 1; i < begin; ++i)
           changes[i] = known >= 0 && i - known <= begin - i ? changes[known] : changes[begin];
         known = begin + inner.count - 1;
@@ -428,15 +366,15 @@ private:
   void extendAcrossRows(int axis)
   {
     const PackedFlags before = isKnown_;
-    forRuns([&](int y, int z, const Run& run, std::size_t first) {
+    forRuns([&](int y, int z, const Run& run, std::int64_t first) {
       const int x = support_.xOf(run, y);
       for (int i = 0; i < run.count; ++i) {
-        const std::size_t at = first + static_cast<std::size_t>(i);
+        const std::int64_t at = first + i;
         for (int step = 1; isKnown_[at] == 0 && step <= interpolationReach; ++step)
           for (const int side : {-step, step}) {
             const std::int64_t from = support_.find(x + i, y + (axis == 1 ? side : 0), z + (axis == 2 ? side : 0));
-            if (from >= 0 && before[static_cast<std::size_t>(from)]) {
-              change_[at] = change_[static_cast<std::size_t>(from)];
+            if (from >= 0 && before[from]) {
+              change_[at] = change_[from];
               isKnown_[at] = 1;
               break;
             }
@@ -467,31 +405,36 @@ bool RimCounts::missSheet() const
 
 VoxelSet zeroLevelAtData(const LevelField& field, int begin, int end, Execution& execution)
 {
-  return VoxelSet::inPieces(
-      field.support.size(),
-      [&]() -> VoxelSet::Fill {
-        return [&field, begin, end,
-                finder = CrossingFinder(field.support, field.values.data())](int z, MaskPlane& mask) mutable {
-          if (z < begin || z >= end)
-            return;
-          finder(z, mask);
-          MaskPlane close(field.support.size());
-          for (const int plane : {z - 1, z, z + 1})
-            field.observed.rasterize(plane, close);
-          close.growAlongX(1);
-          close.growAlongY(1);
-          mask.intersect(close);
-        };
-      },
-      0, execution);
+  return VoxelSet::inPieces(field.support.size(), execution, [&]() -> VoxelSet::Fill {
+    CrossingFinder finder(field.support, field.values.data());
+    return [&field, begin, end, finder](int z, MaskPlane& mask) mutable {
+      if (z < begin || z >= end)
+        return;
+      finder(z, mask);
+      MaskPlane close(field.support.size());
+      for (const int plane : {z - 1, z, z + 1})
+        field.observed.rasterize(plane, close);
+      close.growAlongX(1);
+      close.growAlongY(1);
+      mask.intersect(close);
+    };
+  });
 }
 
 RimCounts rimCounts(const VoxelSet& unknowns, const VoxelSet& zeroLevel, Execution& execution)
 {
-  RimCounts counts;
-  counts.zeroLevel = zeroLevel.count();
-  counts.touching = countAtRim(unknowns, zeroLevel, execution);
-  return counts;
+  const GridSize size = unknowns.size();
+  const VoxelSet inside = eroded(unknowns, 1, execution);
+  const VoxelSet touching(size, execution, [&](int z, MaskPlane& mask) {
+    MaskPlane solved(size), inner(size);
+    unknowns.rasterize(z, mask);
+    inside.rasterize(z, inner);
+    zeroLevel.rasterize(z, solved);
+    mask.subtract(inner);
+    mask.intersect(solved);
+    clearRim(size, z, mask);
+  });
+  return {zeroLevel.count(), touching.count()};
 }
 
 VoxelSet united(const VoxelSet& a, const VoxelSet& b, Execution& execution)
@@ -502,20 +445,17 @@ VoxelSet united(const VoxelSet& a, const VoxelSet& b, Execution& execution)
 VoxelSet voxelSetOf(const std::vector<std::int64_t>& voxels, const GridSize& lattice, const GridSize& grid,
                     Execution& execution)
 {
-  return VoxelSet(
-      grid,
-      [&](int z, MaskPlane& mask) {
-        const int k = z - gridMargin;
-        if (k < 0 || k >= lattice.z)
-          return;
-        const auto begin = std::lower_bound(voxels.begin(), voxels.end(), lattice.planeCount() * k);
-        const auto end = std::lower_bound(begin, voxels.end(), lattice.planeCount() * (k + 1));
-        for (auto voxel = begin; voxel != end; ++voxel) {
-          const auto inPlane = static_cast<int>(*voxel % lattice.planeCount());
-          mask.set(inPlane % lattice.x + gridMargin, inPlane / lattice.x + gridMargin);
-        }
-      },
-      0, execution);
+  return VoxelSet(grid, execution, [&](int z, MaskPlane& mask) {
+    const int k = z - gridMargin;
+    if (k < 0 || k >= lattice.z)
+      return;
+    const auto begin = std::lower_bound(voxels.begin(), voxels.end(), lattice.planeCount() * k);
+    const auto end = std::lower_bound(begin, voxels.end(), lattice.planeCount() * (k + 1));
+    for (auto voxel = begin; voxel != end; ++voxel) {
+      const auto inPlane = static_cast<int>(*voxel % lattice.planeCount());
+      mask.set(inPlane % lattice.x + gridMargin, inPlane / lattice.x + gridMargin);
+    }
+  });
 }
 
 LevelField fieldOfDense(const Lattice& lattice, const std::vector<float>& values, VoxelSet observed,
@@ -525,28 +465,22 @@ LevelField fieldOfDense(const Lattice& lattice, const std::vector<float>& values
   field.lattice = lattice;
   field.observed = std::move(observed);
   const GridSize inner = lattice.size, size = withMargin(inner);
-  field.support = VoxelSet(
-      size,
-      [&](int, MaskPlane& mask) {
-        for (int y = 0; y < size.y; ++y)
-          mask.setRange(0, size.x, y);
-      },
-      0, execution);
-  field.values.resize(static_cast<std::size_t>(size.count()));
+  field.support = VoxelSet(size, execution, [&](int, MaskPlane& mask) {
+    for (int y = 0; y < size.y; ++y)
+      mask.setRange(0, size.x, y);
+  });
+  field.values.reserve(size.count());
   for (int z = 0; z < size.z; ++z)
     for (int y = 0; y < size.y; ++y)
       for (int x = 0; x < size.x; ++x)
-        field.values[static_cast<std::size_t>(size.index(x, y, z))] = values[static_cast<std::size_t>(
-            inner.index(std::clamp(x - gridMargin, 0, inner.x - 1), std::clamp(y - gridMargin, 0, inner.y - 1),
-                        std::clamp(z - gridMargin, 0, inner.z - 1)))];
+        field.values.push_back(
+            values[inner.index(std::clamp(x - gridMargin, 0, inner.x - 1), std::clamp(y - gridMargin, 0, inner.y - 1),
+                               std::clamp(z - gridMargin, 0, inner.z - 1))]);
   const VoxelSet zeroLevel = crossings(field.support, field.values, execution);
-  field.unknowns = VoxelSet(
-      size,
-      [&](int z, MaskPlane& mask) {
-        addGrown(zeroLevel, crossesOfDense, z, mask);
-        field.observed.rasterize(z, mask);
-      },
-      0, execution);
+  field.unknowns = VoxelSet(size, execution, [&](int z, MaskPlane& mask) {
+    addGrown(zeroLevel, crossesOfDense, z, mask);
+    field.observed.rasterize(z, mask);
+  });
   return field;
 }
 
@@ -580,7 +514,14 @@ std::shared_ptr<BandedDistances> leaveFarFrom(const VoxelSet& wanted, LevelField
 
 PackedValues interpolated(const LevelField& coarse, const Lattice& lattice, const VoxelSet& fine, Execution& execution)
 {
-  return interpolated(coarse, Refinement(coarse.lattice, lattice), fine, execution);
+  const CubicInterpolation cubic({coarse.support, coarse.values.data()}, Refinement(coarse.lattice, lattice));
+  PackedValues values(fine.count());
+  execution.forRange(fine.size().z, 16, [&](int begin, int end) {
+    TransferScratch scratch;
+    for (int z = begin; z < end; ++z)
+      cubic.evaluatePlane(fine, z, values.data() + fine.planeFirst(z), scratch);
+  });
+  return values;
 }
 
 LevelField fieldOfChange(const LevelField& coarse, const Lattice& lattice, VoxelSet unknowns,
@@ -592,7 +533,7 @@ LevelField fieldOfChange(const LevelField& coarse, const Lattice& lattice, Voxel
   field.values = interpolated(coarse, lattice, field.support, execution);
   field.unknowns = std::move(unknowns);
   const PackedValues guess = interpolated(coarse, lattice, field.unknowns, execution);
-  setUnknowns(field, guess, [&](std::size_t inner, std::size_t) { return guess[inner] + change[inner]; });
+  setUnknowns(field, guess, [&](std::int64_t inner, std::int64_t) { return guess[inner] + change[inner]; });
   ChangeOfField(field.unknowns, field.support, guess, field.values, execution).addAround(field.values);
   return field;
 }
@@ -616,7 +557,7 @@ LevelField solveNarrowBand(const BandLevel& own, const LevelField& coarse, const
     field.observed = without(field.observed, beyond, execution);
   }
 
-  VoxelSet zeroLevel = predictedZeroLevel(coarse, refinement, size, execution);
+  VoxelSet zeroLevel = predictedZeroLevel(coarse, lattice, execution);
   if (own.tile && own.tile->found.count() > 0)
     zeroLevel = united(zeroLevel, own.tile->found, execution);
   const VoxelSet narrow = own.isFinest() ? coarse.unknowns : dilated(coarse.observed, nearData, nearData, execution);
@@ -634,7 +575,7 @@ LevelField solveNarrowBand(const BandLevel& own, const LevelField& coarse, const
                                     own.tile ? holdOf(field.observed, own.tile, execution) : field.observed, execution);
     field.support = isPartial ? dilated(united(unknowns, held, execution), reach, reachX, execution)
                               : dilated(unknowns, reach, reachX, execution);
-    field.values = interpolated(coarse, refinement, field.support, execution);
+    field.values = interpolated(coarse, lattice, field.support, execution);
     if (unknowns.count() == 0) { // in an empty tile, or where all is left to coarser levels
       report.unknowns = 0;
       report.solve.converged = true;
@@ -660,8 +601,8 @@ LevelField solveNarrowBand(const BandLevel& own, const LevelField& coarse, const
     if (own.tile)
       return field;
     // The guess is computed again: kept while the level is solved, it would add to the peak of memory.
-    const PackedValues guess = interpolated(coarse, refinement, field.unknowns, execution);
-    setUnknowns(field, guess, [&](std::size_t, std::size_t outer) { return field.values[outer]; });
+    const PackedValues guess = interpolated(coarse, lattice, field.unknowns, execution);
+    setUnknowns(field, guess, [&](std::int64_t, std::int64_t outer) { return field.values[outer]; });
     ChangeOfField(field.unknowns, field.support, guess, field.values, execution).addAround(field.values);
     if (round + 1 == maxBandRounds)
       break;

@@ -3,7 +3,6 @@
 #pragma once
 
 #include "field/field_contents.h"
-#include "observation/observation.h"
 #include "solver/grid_solver.h"
 #include "solver/grids.h"
 

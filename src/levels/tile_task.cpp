@@ -21,8 +21,7 @@ void setChange(const TileInput& tile, const LevelField& field, TileResult& resul
   for (int z = begin; z < end; ++z)
     forEachPair(field.unknowns, field.support, z, [&](std::int64_t inner, std::int64_t outer, std::int64_t count) {
       for (std::int64_t i = 0; i < count; ++i)
-        result.change[static_cast<std::size_t>(inner - before + i)] =
-            field.values[static_cast<std::size_t>(outer + i)] - guess[static_cast<std::size_t>(inner + i)];
+        result.change[inner - before + i] = field.values[outer + i] - guess[inner + i];
     });
 }
 
@@ -102,8 +101,7 @@ void serialize(Archive& archive, TileResult& result, unsigned)
 VoxelSet cutPlanes(const VoxelSet& set, int first, int count, Execution& execution)
 {
   const GridSize size{set.size().x, set.size().y, count};
-  return VoxelSet(
-      size, [&](int z, MaskPlane& mask) { set.rasterize(z + first, mask); }, 0, execution);
+  return VoxelSet(size, execution, [&](int z, MaskPlane& mask) { set.rasterize(z + first, mask); });
 }
 
 void solveTiles(int count, const std::function<TileInput(int n)>& makeInput,

@@ -95,9 +95,9 @@ private:
     report_.observed = 0;
     const auto count = static_cast<int>(places_.size());
     pcl::mrf::solveTiles(
-        count, [this](int n) { return inputOf(places_[static_cast<std::size_t>(n)]); },
+        count, [this](int n) { return inputOf(places_[n]); },
         [&](int n, TileResult result) {
-          keep(places_[static_cast<std::size_t>(n)], std::move(result));
+          keep(places_[n], std::move(result));
           execution_.progress(.8 * (n + 1) / count);
         },
         execution_);
@@ -273,14 +273,11 @@ private:
   template <typename Tile>
   VoxelSet gathered(const TilePlace& place, const Planes& planes, const std::vector<Tile>& tiles) const
   {
-    return VoxelSet(
-        gridOf(place),
-        [&](int z, MaskPlane& mask) {
-          if (z >= planes.begin && z < planes.end)
-            if (const Tile* from = ownerOf(z + place.fine.begin, tiles))
-              from->voxels.rasterize(z + place.fine.begin - from->first, mask);
-        },
-        0, execution_);
+    return VoxelSet(gridOf(place), execution_, [&](int z, MaskPlane& mask) {
+      if (z >= planes.begin && z < planes.end)
+        if (const Tile* from = ownerOf(z + place.fine.begin, tiles))
+          from->voxels.rasterize(z + place.fine.begin - from->first, mask);
+    });
   }
 
   /// The field of a tile's own planes and of some around them, with the changes of all tiles.
@@ -290,7 +287,7 @@ private:
                       std::min(place.own.end + continuedFrom, gridOf(place).z)};
     VoxelSet unknowns = gathered(place, near, changes_);
     PackedValues change;
-    change.reserve(static_cast<std::size_t>(unknowns.count()));
+    change.reserve(unknowns.count());
     for (int z = near.begin; z < near.end; ++z)
       if (const TileValues* from = ownerOf(z + place.fine.begin, changes_)) {
         const int plane = z + place.fine.begin - from->first;
@@ -316,14 +313,11 @@ private:
   {
     LevelField field;
     field.lattice = fine();
-    field.support = VoxelSet(
-        withMargin(fine().size),
-        [&](int z, MaskPlane& mask) {
-          if (const TileValues* from = ownerOf(z, tiles))
-            from->voxels.rasterize(z - from->first, mask);
-        },
-        0, execution_);
-    field.values.reserve(static_cast<std::size_t>(field.support.count()));
+    field.support = VoxelSet(withMargin(fine().size), execution_, [&](int z, MaskPlane& mask) {
+      if (const TileValues* from = ownerOf(z, tiles))
+        from->voxels.rasterize(z - from->first, mask);
+    });
+    field.values.reserve(field.support.count());
     for (TileValues& tile : tiles) {
       field.values.insert(field.values.end(), tile.values.begin(), tile.values.end());
       tile = TileValues();

@@ -37,24 +37,17 @@ struct Octants {
 /// Sets the cells of a plane that contain cells of a set, which are half as large.
 void addParents(const VoxelSet& set, int z, MaskPlane& mask)
 {
-  for (int plane = 2 * z; plane < std::min(2 * z + 2, set.size().z); ++plane)
-    for (int y = 0; y < set.size().y; ++y)
-      for (const Run& run : set.row(y, plane)) {
-        const int x = set.xOf(run, y);
-        mask.setRange(x >> 1, (x + run.count + 1) >> 1, y >> 1);
-      }
+  for (const int plane : {2 * z, 2 * z + 1})
+    set.forRuns(plane, [&](const Run& run, int x, int y) { mask.setRange(x >> 1, (x + run.count + 1) >> 1, y >> 1); });
 }
 
 /// Sets the cells of a plane that lie inside cells of a set, which are 2^levels times as large.
 void addInside(const VoxelSet& set, int levels, int z, MaskPlane& mask)
 {
-  const int plane = z >> levels;
-  for (int y = 0; y < set.size().y; ++y)
-    for (const Run& run : set.row(y, plane)) {
-      const int x = set.xOf(run, y);
-      for (int row = y << levels; row < std::min((y + 1) << levels, mask.rows()); ++row)
-        mask.setRange(x << levels, (x + run.count) << levels, row);
-    }
+  set.forRuns(z >> levels, [&](const Run& run, int x, int y) {
+    for (int row = y << levels; row < std::min((y + 1) << levels, mask.rows()); ++row)
+      mask.setRange(x << levels, (x + run.count) << levels, row);
+  });
 }
 
 /// Calls visit(x, y) for all bits that are set.
@@ -73,11 +66,9 @@ struct CornerSigns {
 
   Word shifted(int w, int dx, int j, int k) const
   {
-    const MaskPlane& plane = *planes[static_cast<std::size_t>(k)];
+    const MaskPlane& plane = *planes[k];
     const Word* row = plane.row(j);
-    if (dx == 0)
-      return row[w];
-    return row[w] >> 1 | (w + 1 < plane.words() ? row[w + 1] << (wordBits - 1) : 0);
+    return dx == 0 ? row[w] : nextBits(row, w, plane.words());
   }
   static Word inRow(int, int) { return ~Word{0}; }
 };
@@ -111,22 +102,19 @@ public:
   {
     findStored();
     for (std::size_t level = 1; level < octants_.size(); ++level)
-      octants_[level].split = VoxelSet(
-          octants_[level].grid,
-          [&](int z, MaskPlane& mask) {
-            octants_[level].stored.rasterize(z, mask);
-            mask.unite(inLargerAt(level, z));
-            mask.subtract(completeAt(level, z)); // at the lattice's border smaller cells come closer to it
-            addParents(octants_[level - 1].stored, z, mask);
-            if (level > 1)
-              addParents(octants_[level - 1].split, z, mask);
-          },
-          0, execution_);
+      octants_[level].split = VoxelSet(octants_[level].grid, execution_, [&](int z, MaskPlane& mask) {
+        octants_[level].stored.rasterize(z, mask);
+        mask.unite(inLargerAt(level, z));
+        mask.subtract(completeAt(level, z)); // at the lattice's border smaller cells come closer to it
+        addParents(octants_[level - 1].stored, z, mask);
+        if (level > 1)
+          addParents(octants_[level - 1].split, z, mask);
+      });
   }
 
   const DistanceField& field() const { return field_; }
   int levels() const { return static_cast<int>(octants_.size()); }
-  const Octants& operator[](int level) const { return octants_[static_cast<std::size_t>(level)]; }
+  const Octants& operator[](int level) const { return octants_[level]; }
 
   CellPlane cellsAt(std::size_t level, int z) const
   {
@@ -198,18 +186,12 @@ private:
     const Eigen::Array3i shift =
         ((lattice.origin - finest.origin) / lattice.spacing).array().floor().cast<int>() - gridMargin;
     const VoxelSet& voxels = band.banded()->band;
-    return VoxelSet(
-        grid,
-        [&](int z, MaskPlane& mask) {
-          if (z - shift.z() < 0 || z - shift.z() >= voxels.size().z)
-            return;
-          for (int row = std::max(0, -shift.y()); row < std::min(voxels.size().y, grid.y - shift.y()); ++row)
-            for (const Run& run : voxels.row(row, z - shift.z())) {
-              const int x = voxels.xOf(run, row) + shift.x();
-              mask.setRange(x, x + run.count, row + shift.y());
-            }
-        },
-        0, execution_);
+    return VoxelSet(grid, execution_, [&](int z, MaskPlane& mask) {
+      voxels.forRuns(z - shift.z(), [&](const Run& run, int x, int y) {
+        if (const int row = y + shift.y(); row >= 0 && row < grid.y)
+          mask.setRange(x + shift.x(), x + shift.x() + run.count, row);
+      });
+    });
   }
 
   void findStored()
@@ -220,10 +202,7 @@ private:
       const auto level = static_cast<std::size_t>(std::lround(std::log2(side)));
       for (std::size_t n = octants_.size(); n <= level; ++n) {
         const GridSize grid{(size.x >> n) + 1, (size.y >> n) + 1, (size.z >> n) + 1};
-        octants_.push_back({grid,
-                            VoxelSet(
-                                grid, [](int, MaskPlane&) {}, 0, execution_),
-                            {}});
+        octants_.push_back({grid, VoxelSet(grid, execution_, [](int, MaskPlane&) {}), {}});
       }
       octants_[level].stored = cellsOf(*band, octants_[level].grid);
       execution_.poll();

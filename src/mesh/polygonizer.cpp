@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "mesh/polygonizer.h"
 
+#include "field/voxel_set.h"
 #include "mesh/cell_cases.h"
 #include "mesh/lattice_cells.h"
 #include "mesh/mesh_topology.h"
@@ -42,11 +43,8 @@ public:
   /// The signs of the voxels (i + dx, j, k), dx 0 or 1, for the 64 voxels i of word w. Beyond the row: not negative.
   Word shifted(int w, int dx, int j, int k) const
   {
-    const std::size_t at = index(w, j, k);
-    if (dx == 0)
-      return words_[at];
-    const Word next = w + 1 < wordsPerRow_ ? words_[at + 1] : 0;
-    return words_[at] >> 1 | next << (wordBits - 1);
+    const Word* const row = words_.data() + index(0, j, k);
+    return dx == 0 ? row[w] : nextBits(row, w, wordsPerRow_);
   }
 
   /// The voxels i of word w for which i + dx is in the row.

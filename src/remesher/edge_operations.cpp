@@ -192,11 +192,11 @@ bool flip(RemeshedSurface& surface, std::int32_t h, OperationLog& log)
 using IsWanted = bool(const RemeshedSurface&, std::int32_t h);
 
 /// Does an operation on half-edges, region by region, if it is still wanted after the operations before.
-/// \param operation takes a half-edge, its place in the list and a log, returns false if it is refused
 /// \param done the number of operations that were not refused is added to it
+/// \param operation takes a half-edge, its place in the list and a log, returns false if it is refused
 template <typename Operation>
 void operate(RemeshedSurface& surface, const std::vector<std::int32_t>& halfEdges, IsWanted& isWanted,
-             const Operation& operation, std::int64_t& done, Execution& execution)
+             std::int64_t& done, Execution& execution, const Operation& operation)
 {
   struct Own {
     std::int64_t done = 0, refused = 0;
@@ -232,10 +232,8 @@ void splitLongEdges(RemeshedSurface& surface, Execution& execution)
 {
   const std::vector<std::int32_t> halfEdges = halfEdgesWhere(surface, isLong, execution);
   const HalfEdgeMesh::Room room = surface.mesh.makeRoom(static_cast<std::int32_t>(halfEdges.size()));
-  operate(
-      surface, halfEdges, isLong,
-      [&](std::int32_t h, std::int32_t n, OperationLog& log) { return split(surface, h, room[n], log); },
-      surface.result.splits, execution);
+  operate(surface, halfEdges, isLong, surface.result.splits, execution,
+          [&](std::int32_t h, std::int32_t n, OperationLog& log) { return split(surface, h, room[n], log); });
 }
 
 void collapseShortEdges(RemeshedSurface& surface, Execution& execution)
@@ -248,18 +246,14 @@ void collapseShortEdges(RemeshedSurface& surface, Execution& execution)
   sortByUpperHalf(keys, execution);
   std::transform(keys.begin(), keys.end(), halfEdges.begin(),
                  [](std::uint64_t key) { return static_cast<std::int32_t>(key & 0xffffffff); });
-  operate(
-      surface, halfEdges, isShort,
-      [&](std::int32_t h, std::int32_t, OperationLog& log) { return collapse(surface, h, log); },
-      surface.result.collapses, execution);
+  operate(surface, halfEdges, isShort, surface.result.collapses, execution,
+          [&](std::int32_t h, std::int32_t, OperationLog& log) { return collapse(surface, h, log); });
 }
 
 void flipEdges(RemeshedSurface& surface, Execution& execution)
 {
-  operate(
-      surface, halfEdgesWhere(surface, isToFlip, execution), isToFlip,
-      [&](std::int32_t h, std::int32_t, OperationLog& log) { return flip(surface, h, log); }, surface.result.flips,
-      execution);
+  operate(surface, halfEdgesWhere(surface, isToFlip, execution), isToFlip, surface.result.flips, execution,
+          [&](std::int32_t h, std::int32_t, OperationLog& log) { return flip(surface, h, log); });
 }
 
 } // namespace pcl::mrf

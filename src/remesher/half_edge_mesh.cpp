@@ -401,23 +401,18 @@ void HalfEdgeMesh::compact(Execution& execution)
   execution.poll();
   const auto renumber = [&](std::int32_t h) { return h < 0 ? -1 : 3 * newTriangle[h / 3] + h % 3; };
   std::vector<std::int32_t> newOrigin(3 * count), newTwin(3 * count);
-  execution.forRange(triangles, renumberingGrain, [&](std::int64_t begin, std::int64_t end) {
-    for (auto h = static_cast<std::int32_t>(3 * begin); h < 3 * end; ++h) {
-      if (origin[h] < 0)
-        continue;
-      const std::int32_t moved = renumber(h);
-      newOrigin[moved] = newVertex[origin[h]];
-      newTwin[moved] = renumber(twin[h]);
-    }
+  forEach<std::int32_t>(execution, halfEdgeCount(), 3 * renumberingGrain, [&](std::int32_t h) {
+    if (origin[h] < 0)
+      return;
+    const std::int32_t moved = renumber(h);
+    newOrigin[moved] = newVertex[origin[h]];
+    newTwin[moved] = renumber(twin[h]);
   });
   origin.swap(newOrigin);
   twin.swap(newTwin);
   const auto reorder = [&](auto& values, const auto& convert) {
     std::decay_t<decltype(values)> moved(order.size());
-    execution.forRange(order.size(), renumberingGrain, [&](std::int64_t begin, std::int64_t end) {
-      for (std::int64_t n = begin; n < end; ++n)
-        moved[n] = convert(values[order[n]]);
-    });
+    forEach(execution, order.size(), renumberingGrain, [&](std::size_t n) { moved[n] = convert(values[order[n]]); });
     values.swap(moved);
   };
   const auto same = [](const auto& value) { return value; };

@@ -10,8 +10,6 @@
 #include "remesher/passes.h"
 
 #include <algorithm>
-#include <cmath>
-#include <iterator>
 #include <utility>
 
 namespace pcl::mrf {
@@ -96,11 +94,11 @@ private:
     remeshEach(
         static_cast<int>(toDo.size()),
         [&](int n) {
-          const std::size_t part = toDo[static_cast<std::size_t>(n)];
+          const std::size_t part = toDo[n];
           return inputOf(static_cast<std::int32_t>(part), extract(std::exchange(triangles[part], {})));
         },
         [&](int n, const RemeshedPiece& result) {
-          add(result, static_cast<std::int32_t>(toDo[static_cast<std::size_t>(n)]));
+          add(result, static_cast<std::int32_t>(toDo[n]));
           execution_.progress((n + 1.) / static_cast<double>(toDo.size()));
         },
         execution_);

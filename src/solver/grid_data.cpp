@@ -130,9 +130,9 @@ MRF_MULTIVERSION(void, addSampleProducts,
 /// Where each layer of a grid begins in samples ordered by cells, and the end.
 std::vector<std::size_t> layersOf(const std::vector<PointSample>& samples, const GridSize& grid)
 {
-  std::vector<std::size_t> begin(static_cast<std::size_t>(grid.z) + 1, 0);
+  std::vector<std::size_t> begin(grid.z + 1, 0);
   for (const PointSample& sample : samples)
-    ++begin[static_cast<std::size_t>(floorOf(sample.position.z()) + gridMargin) + 1];
+    ++begin[floorOf(sample.position.z()) + gridMargin + 1];
   for (std::size_t layer = 1; layer < begin.size(); ++layer)
     begin[layer] += begin[layer - 1];
   return begin;
@@ -211,7 +211,7 @@ private:
   {
     const bool isInside = z >= 0 && z < voxels_.size().z;
     const PointSample* begin = isInside ? samples_.data() + layerBegin_[z] : nullptr;
-    const PointSample* end = isInside ? samples_.data() + layerBegin_[static_cast<std::size_t>(z) + 1] : nullptr;
+    const PointSample* end = isInside ? samples_.data() + layerBegin_[z + 1] : nullptr;
     return {begin, end, static_cast<float>(z - gridMargin), voxels_.windowStride(),
             voxels_.windowIndex(gridMargin, gridMargin)};
   }
@@ -309,14 +309,13 @@ public:
     if (!isInside(z))
       return;
     for (const CellBlock* block = begin(z); block != begin(z + 1); ++block)
-      for (std::size_t corner = 0; corner < 8; ++corner) {
+      for (int corner = 0; corner < 8; ++corner) {
         float sum = 0;
         for (const std::array<float, 8>& column : block->columns)
           sum += std::abs(column[corner]);
         // GCC 12 miscompiles (corner < 4 ? y : yAbove)[...] += sum under its undefined-behavior sanitizer.
         float* const plane = corner < 4 ? y : yAbove;
-        plane[block->at + static_cast<std::int64_t>(corner & 1) +
-              static_cast<std::int64_t>(corner >> 1 & 1) * stride_] += sum;
+        plane[block->at + (corner & 1) + (corner >> 1 & 1) * stride_] += sum;
       }
   }
 
@@ -392,16 +391,13 @@ std::unique_ptr<GridData> makeVoxelData(const VoxelSet& voxels, std::vector<floa
 VoxelSet observedVoxels(const std::vector<PointSample>& samples, const GridSize& grid, Execution& execution)
 {
   const std::vector<std::size_t> layerBegin = layersOf(samples, grid);
-  return VoxelSet(
-      grid,
-      [&](int z, MaskPlane& mask) {
-        // First the lowest voxel of each cell.
-        for (int layer = std::max(z - 1, 0); layer <= z; ++layer)
-          for (std::size_t s = layerBegin[layer]; s < layerBegin[static_cast<std::size_t>(layer) + 1]; ++s)
-            mask.set(floorOf(samples[s].position.x()) + gridMargin, floorOf(samples[s].position.y()) + gridMargin);
-        mask.growUpwards();
-      },
-      0, execution);
+  return VoxelSet(grid, execution, [&](int z, MaskPlane& mask) {
+    // First the lowest voxel of each cell.
+    for (int layer = std::max(z - 1, 0); layer <= z; ++layer)
+      for (std::size_t s = layerBegin[layer]; s < layerBegin[layer + 1]; ++s)
+        mask.set(floorOf(samples[s].position.x()) + gridMargin, floorOf(samples[s].position.y()) + gridMargin);
+    mask.growUpwards();
+  });
 }
 
 } // namespace pcl::mrf

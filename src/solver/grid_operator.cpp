@@ -40,8 +40,7 @@ int stepsPerSweep(const GridSize& size, double unknowns, int order, int slabs)
 PackedValues degreesOfWhole(const VoxelSet& voxels, Execution& execution)
 {
   const GridSize size{voxels.size().x, voxels.size().y, 1};
-  const VoxelSet plane(
-      size, [&](int, MaskPlane& mask) { voxels.rasterize(voxels.bottom(), mask); }, 0, execution);
+  const VoxelSet plane(size, execution, [&](int, MaskPlane& mask) { voxels.rasterize(voxels.bottom(), mask); });
   const PackedValues inPlane = degrees(plane, execution);
   PackedValues result;
   for (const float beside : {0.f, 1.f, 1.f, 2.f})
@@ -55,11 +54,11 @@ template <typename Layer>
 void sumLayers(const VoxelSet& voxels, const Layer& layer, PackedValues& result, Execution& execution)
 {
   result.resize(voxels.count());
-  execution.forRange(voxels.size().z, grainPlanes, [&](std::int64_t begin, std::int64_t end) {
+  execution.forRange(voxels.size().z, grainPlanes, [&](int begin, int end) {
     WindowRing ring;
     ring.reset(voxels, 2);
-    ring.enter(static_cast<int>(begin) - 1);
-    for (int z = static_cast<int>(begin) - 1; z < static_cast<int>(end); ++z) {
+    ring.enter(begin - 1);
+    for (int z = begin - 1; z < end; ++z) {
       float* above = ring.enter(z + 1);
       layer(z, ring[z], above);
       if (z >= begin)
@@ -74,7 +73,7 @@ void WindowRing::reset(const VoxelSet& voxels, int planes)
 {
   voxels_ = &voxels;
   planes_ = planes;
-  const std::size_t needed = voxels.windowCount() * static_cast<std::size_t>(planes);
+  const std::size_t needed = voxels.windowCount() * planes;
   if (values_.size() < needed) {
     values_ = {}; // the old ones are freed first
     values_ = ZeroedFloats(needed);
@@ -141,12 +140,12 @@ void GridOperator::connect(const VoxelSet& coarse, Execution& execution)
 {
   if (!grid_.isWhole)
     return;
-  const PackedValues ones(static_cast<std::size_t>(coarse.count()), 1.f);
+  const PackedValues ones(coarse.count(), 1.f);
   shares_.resize(voxels().count());
-  execution.forRange(voxels().size().z, grainPlanes, [&](std::int64_t begin, std::int64_t end) {
+  execution.forRange(voxels().size().z, grainPlanes, [&](int begin, int end) {
     TransferScratch scratch;
     std::vector<float> window(voxels().windowCount(), 0);
-    for (int z = static_cast<int>(begin); z < static_cast<int>(end); ++z) {
+    for (int z = begin; z < end; ++z) {
       addProlonged({coarse, ones.data()}, grid_.refinement, voxels(), z, window.data(), scratch);
       float* const shares = shares_.data() + voxels().planeFirst(z);
       kernels::store(voxels().plane(z), window.data(), shares);
@@ -199,11 +198,9 @@ void GridOperator::restrictTo(const float* fine, const VoxelSet& coarse, float* 
 {
   const double damping = grid_.data->isDiagonal() ? prior_.voxelDamping : prior_.pointDamping;
   const auto scale = static_cast<float>(damping * std::pow(4., prior_.order) / grid_.refinement.children);
-  const int slabs = static_cast<int>(scratch.size());
+  const auto slabs = static_cast<std::int64_t>(scratch.size());
   execution.forRange(slabs, 1, [&](std::int64_t slab, std::int64_t) {
-    const auto from = static_cast<int>(coarse.size().z * slab / slabs);
-    const auto to = static_cast<int>(coarse.size().z * (slab + 1) / slabs);
-    for (int z = from; z < to; ++z)
+    for (auto z = static_cast<int>(coarse.size().z * slab / slabs); z < coarse.size().z * (slab + 1) / slabs; ++z)
       restrictPlane({voxels(), fine}, grid_.refinement, scale, coarse, z, out + coarse.planeFirst(z),
                     scratch[slab].transfer);
   });
@@ -237,7 +234,7 @@ public:
         steps_(sweep.last - sweep.first + 1 - (sweep.source == Sweep::Source::zero ? 1 : 0)),
         wavefront_(order_, steps_, sweep.product != nullptr, begin, end, support.bottom(), support.top())
   {
-    const auto products = static_cast<std::size_t>(wavefront_.products());
+    const std::size_t products = wavefront_.products();
     scratch.iterate.reset(support, wavefront_.iteratePlanes());
     scratch.powers.resize(std::max(scratch.powers.size(), products));
     scratch.products.resize(std::max(scratch.products.size(), products));
@@ -248,7 +245,7 @@ public:
       scratch.products[n].reset(unknowns_, wavefront_.productPlanes());
       scratch.products[n].enter(wavefront_.low(static_cast<int>(n) + 1) - 1);
     }
-    const std::size_t needed = static_cast<std::size_t>(unknowns_.largestPlane() * wavefront_.iteratePlanes());
+    const std::size_t needed = unknowns_.largestPlane() * wavefront_.iteratePlanes();
     if (sweep.first <= sweep.last && scratch.directions.size() < needed) {
       scratch.directions = PackedValues();
       scratch.directions.resize(needed); // most of it is never touched
@@ -259,7 +256,7 @@ public:
   {
     wavefront_.run(*this);
     scratch_.iterate.clear();
-    for (std::size_t n = 0; n < static_cast<std::size_t>(wavefront_.products()); ++n) {
+    for (int n = 0; n < wavefront_.products(); ++n) {
       scratch_.products[n].clear();
       for (WindowRing& power : scratch_.powers[n])
         power.clear();
@@ -421,8 +418,7 @@ void GridOperator::run(const Sweep& sweep, const VoxelSet& support, std::vector<
   }
   bounds.push_back(voxels().size().z);
   execution.forRange(slabs, 1, [&](std::int64_t slab, std::int64_t) {
-    const auto s = static_cast<std::size_t>(slab);
-    SlabPass(*this, sweep, support, bounds[s], bounds[s + 1], scratch[s]).run();
+    SlabPass(*this, sweep, support, bounds[slab], bounds[slab + 1], scratch[slab]).run();
   });
   execution.poll(); // a V-cycle of millions of voxels takes seconds
 }

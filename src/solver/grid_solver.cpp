@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "solver/grid_solver.h"
 
+#include "base/loops.h"
 #include "base/vector_kernels.h"
 #include "field/prior.h"
 #include "solver/v_cycle.h"
@@ -34,18 +35,15 @@ void clearNearRim(const GridOperator& system, int order, PackedValues& r, Execut
 {
   const VoxelSet& band = system.voxels();
   const VoxelSet inside = eroded(band, order, execution);
-  execution.forRange(band.size().z, grainPlanes, [&](std::int64_t begin, std::int64_t end) {
-    std::vector<std::uint8_t> isInside;
-    for (int z = static_cast<int>(begin); z < static_cast<int>(end); ++z) {
-      isInside.assign(static_cast<std::size_t>(band.planeCount(z)), 0);
-      const std::int64_t first = band.planeFirst(z);
-      forEachPair(inside, band, z, [&](std::int64_t, std::int64_t voxel, std::int64_t count) {
-        std::fill_n(isInside.begin() + (voxel - first), count, std::uint8_t{1});
-      });
-      for (std::int64_t voxel = first; voxel < band.planeFirst(z + 1); ++voxel)
-        if (!isInside[voxel - first] && !system.isObserved(voxel))
-          r[voxel] = 0;
-    }
+  forEach<int>(execution, band.size().z, grainPlanes, [&](int z) {
+    std::vector<std::uint8_t> isInside(band.planeCount(z), 0);
+    const std::int64_t first = band.planeFirst(z);
+    forEachPair(inside, band, z, [&](std::int64_t, std::int64_t voxel, std::int64_t count) {
+      std::fill_n(isInside.begin() + (voxel - first), count, std::uint8_t{1});
+    });
+    for (std::int64_t voxel = first; voxel < band.planeFirst(z + 1); ++voxel)
+      if (!isInside[voxel - first] && !system.isObserved(voxel))
+        r[voxel] = 0;
   });
 }
 
@@ -97,8 +95,7 @@ class LevelSystem {
 public:
   LevelSystem(VCycle& cycle, const VoxelSet& support, PackedValues& r, double near, float* values, Execution& execution)
       : cycle_(cycle), system_(cycle.finest()), voxels_(system_.voxels()), support_(support), r_(r),
-        near_(static_cast<float>(near)), values_(values), parts_(static_cast<std::size_t>(voxels_.size().z)),
-        execution_(execution)
+        near_(static_cast<float>(near)), values_(values), parts_(voxels_.size().z), execution_(execution)
   {}
 
   /// \param squaredResidual of the guess \param tile set to each step, or null
@@ -177,10 +174,8 @@ private:
   StepSums step(double length)
   {
     const auto factor = static_cast<float>(length);
-    execution_.forRange(voxels_.size().z, grainPlanes, [&](std::int64_t begin, std::int64_t end) {
-      for (int plane = static_cast<int>(begin); plane < static_cast<int>(end); ++plane)
-        parts_[plane] = stepOnPlane(factor, plane);
-    });
+    forEach<int>(execution_, voxels_.size().z, grainPlanes,
+                 [&](int plane) { parts_[plane] = stepOnPlane(factor, plane); });
     StepSums total;
     for (const StepSums& part : parts_) {
       total.residual += part.residual;

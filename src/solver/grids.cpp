@@ -24,7 +24,7 @@ std::vector<float> packedWeights(const LevelObservation& observation, const Voxe
 {
   const Observation& observed = observation.voxels;
   const GridSize size = observed.lattice.size;
-  std::vector<float> weights(static_cast<std::size_t>(unknowns.count()), 0);
+  std::vector<float> weights(unknowns.count(), 0);
   targets.assign(weights.size(), 0);
   for (std::size_t n = 0; n < observed.voxels.size(); ++n) {
     const Eigen::Array3i voxel = size.voxel(observed.voxels[n]) + gridMargin;
@@ -42,16 +42,14 @@ std::vector<float> packedWeights(const LevelObservation& observation, const Voxe
 std::vector<float> coarsenedWeights(const VoxelSet& fine, const std::vector<float>& weights,
                                     const Refinement& refinement, float scale, const VoxelSet& coarse)
 {
-  std::vector<float> result(static_cast<std::size_t>(coarse.count()), 0);
+  std::vector<float> result(coarse.count(), 0);
   for (int z = 0; z < fine.size().z; ++z)
-    for (int y = 0; y < fine.size().y; ++y)
-      for (const Run& run : fine.row(y, z))
-        for (int i = 0; i < run.count; ++i) {
-          const float weight = weights[fine.planeFirst(z) + run.first + i];
-          if (weight > 0)
-            result[coarse.find(refinement.parent(fine.xOf(run, y) + i, 0), refinement.parent(y, 1),
-                               refinement.parent(z, 2))] += scale / static_cast<float>(refinement.children) * weight;
-        }
+    fine.forRuns(z, [&](const Run& run, int x, int y) {
+      for (int i = 0; i < run.count; ++i)
+        if (const float weight = weights[fine.planeFirst(z) + run.first + i]; weight > 0)
+          result[coarse.find(refinement.parent(x + i, 0), refinement.parent(y, 1), refinement.parent(z, 2))] +=
+              scale / static_cast<float>(refinement.children) * weight;
+    });
   return result;
 }
 
@@ -141,14 +139,11 @@ LevelSamples LevelSamples::beneathFinest(const PointsOnLattice& seen, const std:
 VoxelSet wholeOf(const Lattice& lattice, Execution& execution)
 {
   const GridSize inner = lattice.size;
-  return VoxelSet(
-      withMargin(inner),
-      [&](int z, MaskPlane& mask) {
-        if (z >= gridMargin && z < gridMargin + inner.z)
-          for (int y = gridMargin; y < gridMargin + inner.y; ++y)
-            mask.setRange(gridMargin, gridMargin + inner.x, y);
-      },
-      0, execution);
+  return VoxelSet(withMargin(inner), execution, [&](int z, MaskPlane& mask) {
+    if (z >= gridMargin && z < gridMargin + inner.z)
+      for (int y = gridMargin; y < gridMargin + inner.y; ++y)
+        mask.setRange(gridMargin, gridMargin + inner.x, y);
+  });
 }
 
 std::vector<SolverGrid> wholeGrids(const std::vector<Lattice>& lattices, std::size_t level,
@@ -162,24 +157,21 @@ std::vector<SolverGrid> bandGrids(const std::vector<Lattice>& lattices, std::siz
                                   const LevelObservation& observation, Prior prior, std::size_t coarseGrids,
                                   Execution& execution)
 {
-  return makeGrids(lattices, level, std::min(coarseGrids, level), observation, prior, false,
-                   [&](std::size_t at, const SolverGrid* finer) {
-                     if (!finer)
-                       return std::move(unknowns);
-                     const GridSize size = withMargin(lattices[at].size);
-                     const VoxelSet parents = coarsened(finer->voxels, size, finer->refinement, 0, execution);
-                     const VoxelSet observed = observation.samples
-                                                   ? observedVoxels(observation.samples->own[at], size, execution)
-                                                   : VoxelSet();
-                     return VoxelSet(
-                         size,
-                         [&](int z, MaskPlane& mask) {
-                           parents.rasterize(z, mask);
-                           if (observation.samples)
-                             observed.rasterize(z, mask);
-                         },
-                         size.x - 1, execution);
-                   });
+  const auto voxelsOf = [&](std::size_t at, const SolverGrid* finer) {
+    if (!finer)
+      return std::move(unknowns);
+    const GridSize size = withMargin(lattices[at].size);
+    const VoxelSet parents = coarsened(finer->voxels, size, finer->refinement, execution);
+    VoxelSet observed;
+    if (observation.samples)
+      observed = observedVoxels(observation.samples->own[at], size, execution);
+    const auto fill = [&](int z, MaskPlane& mask) {
+      parents.rasterize(z, mask);
+      observed.rasterize(z, mask);
+    };
+    return VoxelSet(size, execution, fill, size.x - 1);
+  };
+  return makeGrids(lattices, level, std::min(coarseGrids, level), observation, prior, false, voxelsOf);
 }
 
 WholeLevel::WholeLevel(std::vector<Lattice> lattices, const std::vector<PointSample>& samples,

@@ -44,25 +44,22 @@ template <typename Body>
 double sumOverColor(const GridSize& size, const Coloring& coloring, int color, Execution& execution, const Body& body)
 {
   const std::int64_t grain = size.count() < serialVoxels ? size.z : 4;
-  return execution.sum(size.z, grain, [&](std::int64_t begin, std::int64_t end) {
+  return execution.sum(size.z, grain, [&](int begin, int end) {
     double sum = 0;
-    for (int z = static_cast<int>(begin); z < end; ++z)
-      for (int y = 0; y < size.y; ++y) {
-        const std::int64_t row = size.index(0, y, z);
+    for (int z = begin; z < end; ++z)
+      for (int y = 0; y < size.y; ++y)
         for (int x = coloring.first(color, y, z); x < size.x; x += coloring.count)
-          sum += body(static_cast<std::size_t>(row + x));
-      }
+          sum += body(size.index(x, y, z));
     return sum;
   });
 }
 
 /// Minimizes the energy over a voxel given the others. \return its squared change
-double settle(const LinearSystem& system, std::size_t voxel, double diagonal, std::vector<double>& d)
+double settle(const LinearSystem& system, std::int64_t voxel, double diagonal, std::vector<double>& d)
 {
   if (!(diagonal > 0))
     return 0;
-  const double change =
-      (system.rightHandSide[voxel] - rowTimes(system.matrix, static_cast<std::int64_t>(voxel), d)) / diagonal;
+  const double change = (system.rightHandSide[voxel] - rowTimes(system.matrix, voxel, d)) / diagonal;
   d[voxel] += change;
   return change * change;
 }
@@ -82,9 +79,7 @@ SolveReport solveIcm(const LinearSystem& system, const SolverOptions& options, d
   const GridSize size = system.size;
   const int maxSweeps = options.maxIterations > 0 ? options.maxIterations : 1000;
   const Eigen::VectorXd diagonal = system.matrix.diagonal();
-  const auto settleVoxel = [&](std::size_t voxel) {
-    return settle(system, voxel, diagonal[static_cast<Eigen::Index>(voxel)], d);
-  };
+  const auto settleVoxel = [&](std::int64_t voxel) { return settle(system, voxel, diagonal[voxel], d); };
   // Data that couple a voxel with its 26 neighbors reach as far as L³.
   const Coloring coloring(system.coupling.corners ? 3 : system.coupling.steps);
   const bool isParallel = options.method == SolverMethod::icmColors;
@@ -92,7 +87,7 @@ SolveReport solveIcm(const LinearSystem& system, const SolverOptions& options, d
   SolveReport report;
   report.method = options.method;
   std::mt19937_64 random(options.seed);
-  std::vector<std::int64_t> turns(static_cast<std::size_t>(isParallel ? coloring.count : size.count()));
+  std::vector<std::int64_t> turns(isParallel ? coloring.count : size.count());
   std::iota(turns.begin(), turns.end(), 0);
   while (report.iterations < maxSweeps && !report.converged) {
     shuffle(turns, random);
@@ -101,7 +96,7 @@ SolveReport solveIcm(const LinearSystem& system, const SolverOptions& options, d
       if (isParallel)
         squaredChange += sumOverColor(size, coloring, static_cast<int>(turns[turn]), execution, settleVoxel);
       else
-        squaredChange += settleVoxel(static_cast<std::size_t>(turns[turn]));
+        squaredChange += settleVoxel(turns[turn]);
       if (isParallel || turn % polled == 0)
         execution.poll();
     }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "solver/linear_system.h"
 
+#include "base/loops.h"
 #include "base/vector_kernels.h"
 #include "field/prior.h"
 #include "options/validation.h"
@@ -55,9 +56,9 @@ public:
 private:
   static constexpr int reach = 3, side = 2 * reach + 1;
 
-  static std::size_t at(const Eigen::Array3i& step)
+  static int at(const Eigen::Array3i& step)
   {
-    return static_cast<std::size_t>((step.x() + reach) + side * ((step.y() + reach) + side * (step.z() + reach)));
+    return (step.x() + reach) + side * ((step.y() + reach) + side * (step.z() + reach));
   }
 
   Eigen::Array3i center_ = Eigen::Array3i::Zero();
@@ -158,7 +159,7 @@ auto paperRows(const GridSize& size, Prior prior, const std::vector<double>& sha
 
 /// \param addRow addRow(voxel, row) adds the entries of a row \throw ResourceLimit if 32 bits cannot count the entries
 template <typename AddRow>
-SystemMatrix matrixOf(const GridSize& size, const AddRow& addRow, Execution& execution)
+SystemMatrix matrixOf(const GridSize& size, Execution& execution, const AddRow& addRow)
 {
   SystemMatrix matrix(size.count(), size.count());
   int* const begins = matrix.outerIndexPtr();
@@ -293,13 +294,10 @@ LinearSystem assemble(const Observation& observation, const PriorOptions& option
       shares[voxel] = 1 - a;
   }
   const auto build = [&](const auto& addPrior) {
-    system.matrix = matrixOf(
-        size,
-        [&](std::int64_t voxel, Row& row) {
-          addPrior(row);
-          row.add(row.center(), weights[voxel]);
-        },
-        execution);
+    system.matrix = matrixOf(size, execution, [&](std::int64_t voxel, Row& row) {
+      addPrior(row);
+      row.add(row.center(), weights[voxel]);
+    });
   };
   if (isPaper)
     build(paperRows(size, options.kind, shares));
@@ -317,7 +315,7 @@ LinearSystem assembleAtPoints(const GridSize& size, Prior prior, const std::vect
   system.isObserved = !samples.empty();
   system.rightHandSide.assign(size.count(), 0);
   constexpr std::int32_t none = -1;
-  std::vector<std::int32_t> rowOf(static_cast<std::size_t>(size.count()), none);
+  std::vector<std::int32_t> rowOf(size.count(), none);
   std::vector<DataRow> rows;
   const auto rowAt = [&](std::int64_t voxel) -> DataRow& {
     std::int32_t& index = rowOf[voxel];
@@ -334,29 +332,23 @@ LinearSystem assembleAtPoints(const GridSize& size, Prior prior, const std::vect
       execution.poll();
   }
   const auto addPower = powerRows(size, order(prior));
-  system.matrix = matrixOf(
-      size,
-      [&](std::int64_t voxel, Row& row) {
-        addPower(row);
-        const std::int32_t index = rowOf[voxel];
-        if (index == none)
-          return;
-        const DataRow& data = rows[index];
-        for (int z = -1; z <= 1; ++z)
-          for (int y = -1; y <= 1; ++y)
-            for (int x = -1; x <= 1; ++x)
-              row.add(row.center() + Eigen::Array3i(x, y, z), data[neighborIndex(x, y, z)]);
-      },
-      execution);
+  system.matrix = matrixOf(size, execution, [&](std::int64_t voxel, Row& row) {
+    addPower(row);
+    const std::int32_t index = rowOf[voxel];
+    if (index == none)
+      return;
+    const DataRow& data = rows[index];
+    for (int z = -1; z <= 1; ++z)
+      for (int y = -1; y <= 1; ++y)
+        for (int x = -1; x <= 1; ++x)
+          row.add(row.center() + Eigen::Array3i(x, y, z), data[neighborIndex(x, y, z)]);
+  });
   return system;
 }
 
 void multiply(const LinearSystem& system, const std::vector<double>& x, std::vector<double>& y, Execution& execution)
 {
-  execution.forRange(system.size.count(), rowGrain, [&](std::int64_t begin, std::int64_t end) {
-    for (std::int64_t i = begin; i < end; ++i)
-      y[i] = rowTimes(system.matrix, i, x);
-  });
+  forEach(execution, system.size.count(), rowGrain, [&](std::size_t i) { y[i] = rowTimes(system.matrix, i, x); });
 }
 
 double residual(const LinearSystem& system, const std::vector<double>& x, std::vector<double>& r, Execution& execution)

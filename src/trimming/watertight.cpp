@@ -102,7 +102,7 @@ public:
         mask.set(static_cast<int>(voxels_[n].x()) + gridMargin, static_cast<int>(voxels_[n].y()) + gridMargin);
     };
     auto banded = std::make_shared<BandedDistances>();
-    banded->band = VoxelSet(size, fill, 0, execution_);
+    banded->band = VoxelSet(size, execution_, fill);
     banded->values.resize(values_.size());
     forEach(execution_, values_.size(), grain, [&](std::size_t n) {
       const VoxelIndex at = voxels_[n] + gridMargin;

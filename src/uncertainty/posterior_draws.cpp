@@ -34,11 +34,11 @@ std::vector<double> drawOfDifferences(const GridSize& size, const NormalDraws& d
   // Three edges per voxel, along x, y and z; edges that lead out of the grid are not used.
   const std::vector<float> edges = drawOf(NormalDraws::Kind::edges, 3 * size.count(), draws, execution);
   std::vector<double> values(size.count());
-  const auto stride = static_cast<std::size_t>(size.x), plane = static_cast<std::size_t>(size.planeCount());
-  execution.forRange(size.z, 1, [&](std::int64_t z, std::int64_t) {
+  const std::int64_t stride = size.x, plane = size.planeCount();
+  forEach<int>(execution, size.z, 1, [&](int z) {
     for (int y = 0; y < size.y; ++y)
       for (int x = 0; x < size.x; ++x) {
-        const auto voxel = static_cast<std::size_t>(size.index(x, y, static_cast<int>(z)));
+        const std::int64_t voxel = size.index(x, y, z);
         const float along = (x + 1 < size.x ? edges[3 * voxel] : 0) - (x > 0 ? edges[3 * (voxel - 1)] : 0);
         const float across =
             (y + 1 < size.y ? edges[3 * voxel + 1] : 0) - (y > 0 ? edges[3 * (voxel - stride) + 1] : 0);
@@ -53,8 +53,7 @@ std::vector<double> drawOfDifferences(const GridSize& size, const NormalDraws& d
 std::vector<double> laplacianOf(const GridSize& size, const std::vector<double>& x, Execution& execution)
 {
   std::vector<double> result(x.size());
-  execution.forRange(size.z, 1, [&](std::int64_t plane, std::int64_t) {
-    const auto z = static_cast<int>(plane);
+  forEach<int>(execution, size.z, 1, [&](int z) {
     for (int j = 0; j < size.y; ++j) {
       const auto row = [&](int y, int above) { // at the grid's border: the row itself
         return x.data() + size.index(0, std::clamp(y, 0, size.y - 1), std::clamp(above, 0, size.z - 1));

@@ -29,7 +29,7 @@ Voxels randomVoxels(unsigned seed, double share)
 {
   std::mt19937 random(seed);
   std::bernoulli_distribution isSet(share);
-  Voxels voxels(static_cast<std::size_t>(grid.count()));
+  Voxels voxels(grid.count());
   for (std::uint8_t& voxel : voxels)
     voxel = isSet(random) ? 1 : 0;
   return voxels;
@@ -37,31 +37,19 @@ Voxels randomVoxels(unsigned seed, double share)
 
 bool has(const Voxels& voxels, int x, int y, int z)
 {
-  return grid.contains(x, y, z) && voxels[static_cast<std::size_t>(grid.index(x, y, z))] != 0;
+  return grid.contains(x, y, z) && voxels[grid.index(x, y, z)] != 0;
 }
 
 VoxelSet bandOf(const Voxels& voxels, int roundUpTo, int threads = 1)
 {
   Execution execution(threads);
-  return VoxelSet(
-      grid,
-      [&](int z, MaskPlane& mask) {
-        for (int y = 0; y < grid.y; ++y)
-          for (int x = 0; x < grid.x; ++x)
-            if (has(voxels, x, y, z))
-              mask.set(x, y);
-      },
-      roundUpTo, execution);
-}
-
-/// Calls body(x, y, z) for all voxels of the grid.
-template <typename Body>
-void forAll(const Body& body)
-{
-  for (int z = 0; z < grid.z; ++z)
+  const auto fill = [&](int z, MaskPlane& mask) {
     for (int y = 0; y < grid.y; ++y)
       for (int x = 0; x < grid.x; ++x)
-        body(x, y, z);
+        if (has(voxels, x, y, z))
+          mask.set(x, y);
+  };
+  return VoxelSet(grid, execution, fill, roundUpTo);
 }
 
 MultiscaleResult solve(const PointSet& points, float spacing, std::int64_t denseVoxels, const PriorOptions& prior,
@@ -103,7 +91,7 @@ TEST(VoxelSet, HoldsTheVoxelsThatWereSet)
     const Voxels voxels = randomVoxels(1, share);
     const VoxelSet band = bandOf(voxels, 0);
     std::int64_t next = 0; // packed values follow each other in memory order
-    forAll([&](int x, int y, int z) {
+    shapes::forVoxels(grid, [&](int x, int y, int z) {
       const std::int64_t at = band.find(x, y, z);
       ASSERT_EQ(at >= 0, has(voxels, x, y, z));
       if (at >= 0) {
@@ -120,13 +108,13 @@ TEST(VoxelSet, LengthensRunsToWholeVectorsUpToALimit)
 {
   const int limit = grid.x - 3;
   Voxels voxels = randomVoxels(2, .05);
-  forAll([&](int x, int y, int z) {
+  shapes::forVoxels(grid, [&](int x, int y, int z) {
     if (x >= limit)
-      voxels[static_cast<std::size_t>(grid.index(x, y, z))] = 0;
+      voxels[grid.index(x, y, z)] = 0;
   });
   const VoxelSet exact = bandOf(voxels, 0), rounded = bandOf(voxels, limit);
   EXPECT_GT(rounded.count(), exact.count());
-  forAll([&](int x, int y, int z) {
+  shapes::forVoxels(grid, [&](int x, int y, int z) {
     if (has(voxels, x, y, z)) {
       ASSERT_TRUE(rounded.contains(x, y, z));
     }
@@ -135,9 +123,8 @@ TEST(VoxelSet, LengthensRunsToWholeVectorsUpToALimit)
     }
   });
   for (int z = 0; z < grid.z; ++z)
-    for (int y = 0; y < grid.y; ++y)
-      for (const pcl::mrf::Run& run : rounded.row(y, z))
-        EXPECT_TRUE(run.count % 8 == 0 || rounded.xOf(run, y) + run.count == limit);
+    rounded.forRuns(
+        z, [&](const pcl::mrf::Run& run, int x, int) { EXPECT_TRUE(run.count % 8 == 0 || x + run.count == limit); });
 }
 
 TEST(MaskPlane, GrowsByTheStepsItIsTold)
@@ -176,7 +163,7 @@ TEST(VoxelSet, GrowsAndShrinksLikeItsVoxels)
   Execution execution(2);
   const Voxels sparse = randomVoxels(3, .003), full = randomVoxels(4, .98);
   const VoxelSet grown = dilated(bandOf(sparse, 0), 2, 3, execution), shrunk = eroded(bandOf(full, 0), 2, execution);
-  forAll([&](int x, int y, int z) {
+  shapes::forVoxels(grid, [&](int x, int y, int z) {
     bool isNear = false, isInside = true;
     for (int dz = -2; dz <= 2; ++dz)
       for (int dy = -2; dy <= 2; ++dy)
@@ -194,13 +181,10 @@ TEST(VoxelSet, KnowsItsPlanes)
 {
   // Planes 3 to 8, of which 4 to 6 and 7 to 8 are alike.
   Execution execution(2);
-  const VoxelSet band(
-      grid,
-      [&](int z, MaskPlane& mask) {
-        if (z >= 3 && z <= 8)
-          mask.setRange(z == 3 ? 1 : 2, z < 7 ? 30 : 31, 5);
-      },
-      0, execution);
+  const VoxelSet band(grid, execution, [&](int z, MaskPlane& mask) {
+    if (z >= 3 && z <= 8)
+      mask.setRange(z == 3 ? 1 : 2, z < 7 ? 30 : 31, 5);
+  });
   EXPECT_EQ(band.bottom(), 3);
   EXPECT_EQ(band.top(), 9);
   EXPECT_TRUE(band.areAlike(4, 6));
@@ -209,8 +193,7 @@ TEST(VoxelSet, KnowsItsPlanes)
   EXPECT_FALSE(band.areAlike(6, 7));
   EXPECT_FALSE(band.areAlike(4, grid.z));
   EXPECT_FALSE(band.areAlike(-1, 4));
-  const VoxelSet none(
-      grid, [](int, MaskPlane&) {}, 0, execution);
+  const VoxelSet none(grid, execution, [](int, MaskPlane&) {});
   EXPECT_EQ(none.bottom(), none.top());
 }
 
@@ -221,31 +204,30 @@ TEST(VoxelSet, CountsNeighborsAndFollowsThem)
   const VoxelSet band = bandOf(voxels, 0);
   const PackedValues counts = degrees(band, execution);
   Voxels seeds(voxels.size(), 0);
-  seeds[static_cast<std::size_t>(grid.index(40, 10, 8))] = 1;
+  seeds[grid.index(40, 10, 8)] = 1;
   Voxels start = voxels;
-  start[static_cast<std::size_t>(grid.index(40, 10, 8))] = 1;
+  start[grid.index(40, 10, 8)] = 1;
   const VoxelSet reached = connectedTo(bandOf(start, 0), bandOf(seeds, 0), execution);
 
   // Flooding, voxel by voxel.
   Voxels flooded = seeds;
   for (bool grows = true; grows;) {
     grows = false;
-    forAll([&](int x, int y, int z) {
+    shapes::forVoxels(grid, [&](int x, int y, int z) {
       if (has(flooded, x, y, z) || !has(start, x, y, z))
         return;
       if (has(flooded, x - 1, y, z) || has(flooded, x + 1, y, z) || has(flooded, x, y - 1, z) ||
           has(flooded, x, y + 1, z) || has(flooded, x, y, z - 1) || has(flooded, x, y, z + 1)) {
-        flooded[static_cast<std::size_t>(grid.index(x, y, z))] = 1;
+        flooded[grid.index(x, y, z)] = 1;
         grows = true;
       }
     });
   }
-  forAll([&](int x, int y, int z) {
+  shapes::forVoxels(grid, [&](int x, int y, int z) {
     ASSERT_EQ(reached.contains(x, y, z), has(flooded, x, y, z));
     if (const std::int64_t at = band.find(x, y, z); at >= 0) {
-      ASSERT_EQ(counts[static_cast<std::size_t>(at)], has(voxels, x - 1, y, z) + has(voxels, x + 1, y, z) +
-                                                          has(voxels, x, y - 1, z) + has(voxels, x, y + 1, z) +
-                                                          has(voxels, x, y, z - 1) + has(voxels, x, y, z + 1));
+      ASSERT_EQ(counts[at], has(voxels, x - 1, y, z) + has(voxels, x + 1, y, z) + has(voxels, x, y - 1, z) +
+                                has(voxels, x, y + 1, z) + has(voxels, x, y, z - 1) + has(voxels, x, y, z + 1));
     }
   });
 }
@@ -494,10 +476,7 @@ TEST(BandedLevels, MayLeaveAllButAFewPointsOrAll)
 TEST(BandedLevels, KeepThinPlatesAndNestedShells)
 {
   // On the last dense level the plate is half a voxel thick, and the gap between the shells is one voxel wide.
-  const auto plate = [](const Eigen::Vector3d& x) {
-    const Eigen::Array3d out = x.array().abs() - Eigen::Array3d(1, .8, .09);
-    return out.max(0).matrix().norm() + std::min(out.maxCoeff(), 0.0);
-  };
+  const shapes::Sdf plate = shapes::box({1, .8, .09});
   const auto shells = [](const Eigen::Vector3d& x) {
     const double r = x.norm();
     return std::max({r - 1, .75 - r}) < 0 ? std::max(r - 1, .75 - r) : std::min(std::abs(r - 1), std::abs(r - .75));

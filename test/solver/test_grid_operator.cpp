@@ -38,30 +38,24 @@ Lattice latticeOf(const GridSize& size)
 VoxelSet randomVoxels(const GridSize& size, unsigned seed, double share)
 {
   std::mt19937 random(seed);
-  return VoxelSet(
-      withMargin(size),
-      [&](int z, MaskPlane& mask) {
-        if (z < gridMargin || z >= gridMargin + size.z)
-          return;
-        for (int y = gridMargin; y < gridMargin + size.y; ++y)
-          for (int x = gridMargin; x < gridMargin + size.x; ++x)
-            if (uniform(random, 1) < static_cast<float>(share))
-              mask.set(x, y);
-      },
-      0, serial);
+  return VoxelSet(withMargin(size), serial, [&](int z, MaskPlane& mask) {
+    if (z < gridMargin || z >= gridMargin + size.z)
+      return;
+    for (int y = gridMargin; y < gridMargin + size.y; ++y)
+      for (int x = gridMargin; x < gridMargin + size.x; ++x)
+        if (uniform(random, 1) < static_cast<float>(share))
+          mask.set(x, y);
+  });
 }
 
 /// The voxels together with those of all cells that hold samples.
 VoxelSet withObserved(const VoxelSet& voxels, const std::vector<PointSample>& samples)
 {
   const VoxelSet observed = observedVoxels(samples, voxels.size(), serial);
-  return VoxelSet(
-      voxels.size(),
-      [&](int z, MaskPlane& mask) {
-        voxels.rasterize(z, mask);
-        observed.rasterize(z, mask);
-      },
-      0, serial);
+  return VoxelSet(voxels.size(), serial, [&](int z, MaskPlane& mask) {
+    voxels.rasterize(z, mask);
+    observed.rasterize(z, mask);
+  });
 }
 
 /// L of the graph of a voxel set, from its definition.
@@ -111,7 +105,7 @@ PlainData plainData(const VoxelSet& voxels, const GridSize& size, const std::vec
   };
   for (std::int64_t a = 0; a < size.count(); ++a) {
     if (const std::int64_t i = indexOf(a); i >= 0) {
-      data.rightHandSide[i] = system.rightHandSide[static_cast<std::size_t>(a)];
+      data.rightHandSide[i] = system.rightHandSide[a];
       for (std::int64_t b = 0; b < size.count(); ++b)
         if (const std::int64_t j = indexOf(b); j >= 0)
           data.matrix(i, j) = whole(a, b);
@@ -123,7 +117,7 @@ PlainData plainData(const VoxelSet& voxels, const GridSize& size, const std::vec
 Eigen::MatrixXd matrixOf(GridOperator& system, int threads)
 {
   Execution execution(threads);
-  std::vector<SweepScratch> scratch(static_cast<std::size_t>(threads));
+  std::vector<SweepScratch> scratch(threads);
   const auto count = static_cast<Eigen::Index>(system.voxels().count());
   Eigen::MatrixXf columns(count, count);
   for (Eigen::Index i = 0; i < count; ++i) {
@@ -184,7 +178,7 @@ TEST(GridOperator, isTheMatrixOfItsDefinition)
         PackedValues b;
         system.rightHandSide(b, serial);
         for (Eigen::Index i = 0; i < data.rightHandSide.size(); ++i)
-          ASSERT_NEAR(b[static_cast<std::size_t>(i)], data.rightHandSide[i], 1e-5 * (1 + count));
+          ASSERT_NEAR(b[i], data.rightHandSide[i], 1e-5 * (1 + count));
         for (std::int64_t i = 0; i < grid.voxels.count(); ++i) // a ten-thousandth of the prior's does not count
           if (const double sum = data.matrix.row(i).cwiseAbs().sum(); sum == 0 || sum > 1e-3 * std::pow(12., k)) {
             ASSERT_EQ(system.isObserved(i), sum > 0);
@@ -244,8 +238,7 @@ TEST(GridOperator, transfersAreAdjointAndKeepConstants)
                    coarseVoxels = share == 1 ? wholeOf(coarse, serial) : randomVoxels(coarse.size, 2, share);
     const Refinement refinement(coarse, fine);
     std::mt19937 random(4);
-    PackedValues f(static_cast<std::size_t>(fineVoxels.count())), c(static_cast<std::size_t>(coarseVoxels.count())),
-        restricted(c.size());
+    PackedValues f(fineVoxels.count()), c(static_cast<std::size_t>(coarseVoxels.count())), restricted(c.size());
     for (PackedValues* values : {&f, &c})
       for (float& value : *values)
         value = uniform(random, 2) - 1;
@@ -254,7 +247,7 @@ TEST(GridOperator, transfersAreAdjointAndKeepConstants)
     for (int z = 0; z < fineVoxels.size().z; ++z) {
       std::vector<float> window(fineVoxels.windowCount(), 0);
       addProlonged({coarseVoxels, c.data()}, refinement, fineVoxels, z, window.data(), scratch);
-      PackedValues plane(static_cast<std::size_t>(fineVoxels.planeCount(z)));
+      PackedValues plane(fineVoxels.planeCount(z));
       kernels::store(fineVoxels.plane(z), window.data(), plane.data());
       for (std::size_t i = 0; i < plane.size(); ++i)
         left += static_cast<double>(plane[i]) * f[static_cast<std::size_t>(fineVoxels.planeFirst(z)) + i];
@@ -354,7 +347,7 @@ TEST(GridSolver, convergesAtARateThatDoesNotDependOnTheGrid)
   for (const Prior prior : allPriors)
     for (const int side : {16, 31, 48}) {
       const SphereLevel level({side, side, side}, prior);
-      std::vector<float> d(static_cast<std::size_t>(level.grids.front().voxels.count()), 0);
+      std::vector<float> d(level.grids.front().voxels.count(), 0);
       const SolveReport report = solveOnGrids({level.grids, prior, level.grids.front().voxels}, {wholeLevelSteps, 0, 2},
                                               solverOptions(SolverMethod::multigrid, 1e-3), 1, d.data(), execution);
       EXPECT_TRUE(report.converged);
@@ -375,7 +368,7 @@ TEST(GridSolver, tinyWeightsStayDefinite)
       observation.voxels.voxels = {2000, 3000};
       observation.voxels.distances = observation.voxels.confidences = {1, 1};
       const auto grids = wholeGrids(lattices, level, observation, prior, serial);
-      std::vector<float> d(static_cast<std::size_t>(lattices.back().size.count()), 0);
+      std::vector<float> d(lattices.back().size.count(), 0);
       // Rounding may keep it from the tolerance, but it must not fail or blow up.
       ASSERT_NO_THROW(solveWholeGrids(grids, prior, solverOptions(SolverMethod::multigrid), 1, d, serial)) << beta;
       EXPECT_LE(*std::max_element(d.begin(), d.end()), 2) << "k = " << order(prior) << ", beta = " << beta;
@@ -386,7 +379,7 @@ TEST(GridSolver, tinyWeightsStayDefinite)
 TEST(GridSolver, aGuessThatIsNotFiniteIsRefused)
 {
   const SphereLevel level({16, 16, 16}, Prior::thinPlate);
-  std::vector<float> d(static_cast<std::size_t>(level.size().count()), 0);
+  std::vector<float> d(level.size().count(), 0);
   d[100] = std::numeric_limits<float>::quiet_NaN();
   EXPECT_THROW(solveWholeGrids(level.grids, Prior::thinPlate, solverOptions(SolverMethod::multigrid), 1, d, serial),
                SolverFailure);

@@ -4,6 +4,7 @@
 
 #include "field/field_contents.h"
 #include "field/grid_transfer.h"
+#include "support/shapes.h"
 
 #include <memory>
 #include <random>
@@ -24,20 +25,16 @@ std::shared_ptr<pcl::mrf::BandedDistances> bandOn(const pcl::mrf::Lattice& latti
     return lattice.position(x - gridMargin, y - gridMargin, z - gridMargin);
   };
   const GridSize grid = withMargin(lattice.size);
-  banded->band = VoxelSet(
-      grid,
-      [&](int z, MaskPlane& mask) {
-        for (int y = 0; y < grid.y; ++y)
-          for (int x = 0; x < grid.x; ++x)
-            if (isStored(positionOf(x, y, z)))
-              mask.set(x, y);
-      },
-      0, execution);
-  for (int z = 0; z < grid.z; ++z)
+  banded->band = VoxelSet(grid, execution, [&](int z, MaskPlane& mask) {
     for (int y = 0; y < grid.y; ++y)
       for (int x = 0; x < grid.x; ++x)
-        if (banded->band.contains(x, y, z))
-          banded->values.push_back(value(positionOf(x, y, z)));
+        if (isStored(positionOf(x, y, z)))
+          mask.set(x, y);
+  });
+  shapes::forVoxels(grid, [&](int x, int y, int z) {
+    if (banded->band.contains(x, y, z))
+      banded->values.push_back(value(positionOf(x, y, z)));
+  });
   return banded;
 }
 
@@ -48,17 +45,11 @@ pcl::mrf::DistanceField nested(std::mt19937& random, const Value& value)
 {
   using namespace pcl::mrf;
   std::uniform_int_distribution<int> low(6, 14), high(16, 26);
-  Lattice coarsest;
-  coarsest.size = {4, 4, 4};
-  coarsest.spacing = 8;
-  coarsest.origin = {3.5, 3.5, 3.5};
-  DistanceField field(coarsest, std::vector<float>(64, 1), {});
+  DistanceField field({{4, 4, 4}, {3.5, 3.5, 3.5}, 8}, std::vector<float>(64, 1), {});
   Eigen::Array3f lower = Eigen::Array3f::Constant(-100), upper = Eigen::Array3f::Constant(100);
   for (const int side : {4, 2, 1}) {
-    Lattice lattice;
-    lattice.size = {32 / side, 32 / side, 32 / side};
-    lattice.spacing = side;
-    lattice.origin = Eigen::Vector3d::Constant(.5 * (side - 1));
+    const Lattice lattice{
+        {32 / side, 32 / side, 32 / side}, Eigen::Vector3d::Constant(.5 * (side - 1)), static_cast<double>(side)};
     const auto isStored = [&](const Eigen::Vector3f& x) {
       return (x.array() >= lower).all() && (x.array() <= upper).all();
     };
