@@ -86,14 +86,69 @@ void requireCountable(const GridSize& size)
   throw ResourceLimit(text.str());
 }
 
+MaskPlane::MaskPlane(const MaskPlane& other) : MaskPlane(other.size_)
+{
+  unite(other);
+}
+
+std::uint64_t* MaskPlane::row(int y)
+{
+  std::uint64_t* const words = bits_.data() + std::ptrdiff_t{words_} * y;
+  if (!isUsed(y))
+    std::fill_n(words, words_, std::uint64_t{0});
+  isUsed_[y] = 1;
+  return words;
+}
+
 void MaskPlane::setRange(int begin, int end, int y)
 {
-  setBits(row(y), std::max(begin, 0), std::min(end, size_.x));
+  begin = std::max(begin, 0);
+  end = std::min(end, size_.x);
+  if (begin < end)
+    setBits(row(y), begin, end);
+}
+
+void MaskPlane::keepWithin(int begin, int endX, int endY)
+{
+  std::vector<std::uint64_t> inside(words_, 0);
+  setBits(inside.data(), begin, std::max(begin, std::min(endX, size_.x)));
+  for (int y = 0; y < size_.y; ++y)
+    if (y < begin || y >= endY)
+      isUsed_[y] = 0;
+    else if (isUsed(y))
+      std::transform(row(y), row(y) + words_, inside.begin(), row(y), std::bit_and<>());
 }
 
 bool MaskPlane::empty() const
 {
-  return std::all_of(bits_.begin(), bits_.end(), [](std::uint64_t word) { return word == 0; });
+  for (int y = 0; y < size_.y; ++y)
+    if (isUsed(y) && std::any_of(row(y), row(y) + words_, [](std::uint64_t word) { return word != 0; }))
+      return false;
+  return true;
+}
+
+void MaskPlane::unite(const MaskPlane& other)
+{
+  for (int y = 0; y < size_.y; ++y)
+    if (other.isUsed(y))
+      std::transform(row(y), row(y) + words_, other.row(y), row(y), std::bit_or<>());
+}
+
+void MaskPlane::intersect(const MaskPlane& other)
+{
+  for (int y = 0; y < size_.y; ++y)
+    if (isUsed(y) && other.isUsed(y))
+      std::transform(row(y), row(y) + words_, other.row(y), row(y), std::bit_and<>());
+    else
+      isUsed_[y] = 0;
+}
+
+void MaskPlane::subtract(const MaskPlane& other)
+{
+  for (int y = 0; y < size_.y; ++y)
+    if (isUsed(y) && other.isUsed(y))
+      std::transform(row(y), row(y) + words_, other.row(y), row(y),
+                     [](std::uint64_t own, std::uint64_t others) { return own & ~others; });
 }
 
 std::uint64_t MaskPlane::lastWord() const
@@ -105,9 +160,9 @@ std::uint64_t MaskPlane::lastWord() const
 void MaskPlane::growAlongX(int steps)
 {
   for (int y = 0; y < size_.y; ++y) {
-    std::uint64_t* const words = row(y);
-    if (std::none_of(words, words + words_, [](std::uint64_t word) { return word != 0; }))
+    if (!isUsed(y))
       continue;
+    std::uint64_t* const words = row(y);
     growInStrides(steps, [&](int shift) {
       std::uint64_t before = 0;
       for (int w = 0; w < words_; ++w) {
@@ -126,19 +181,21 @@ void MaskPlane::growAlongY(int steps)
     const MaskPlane before = *this;
     for (int y = 0; y < size_.y; ++y)
       for (const int other : {y - shift, y + shift})
-        if (other >= 0 && other < size_.y)
-          for (int w = 0; w < words_; ++w)
-            row(y)[w] |= before.row(other)[w];
+        if (before.mayHave(other))
+          std::transform(row(y), row(y) + words_, before.row(other), row(y), std::bit_or<>());
   });
 }
 
 void MaskPlane::growUpwards()
 {
   for (int y = size_.y - 1; y >= 0; --y) {
+    if (!isUsed(y) && !mayHave(y - 1))
+      continue;
     std::uint64_t* const words = row(y);
+    const std::uint64_t* const lower = mayHave(y - 1) ? row(y - 1) : none_.data();
     std::uint64_t before = 0;
     for (int w = 0; w < words_; ++w) {
-      const std::uint64_t both = words[w] | (y > 0 ? row(y - 1)[w] : 0);
+      const std::uint64_t both = words[w] | lower[w];
       words[w] = both | both << 1 | before >> (wordBits - 1);
       before = both;
     }
@@ -157,13 +214,15 @@ void MaskPlane::growCrosswise()
 void MaskPlane::shrinkCrosswise()
 {
   const MaskPlane before = *this;
-  for (int y = 0; y < size_.y; ++y) {
+  clear();
+  for (int y = 1; y + 1 < size_.y; ++y) {
+    if (!before.isUsed(y - 1) || !before.isUsed(y) || !before.isUsed(y + 1))
+      continue;
     std::uint64_t* const words = row(y);
-    const std::uint64_t* own = before.row(y);
+    const std::uint64_t *const own = before.row(y), *const lower = before.row(y - 1), *const upper = before.row(y + 1);
     for (int w = 0; w < words_; ++w) {
       const std::uint64_t left = own[w] << 1 | (w > 0 ? own[w - 1] >> (wordBits - 1) : 0);
-      const std::uint64_t right = nextBits(own, w, words_);
-      words[w] &= left & right & (y > 0 ? before.row(y - 1)[w] : 0) & (y + 1 < size_.y ? before.row(y + 1)[w] : 0);
+      words[w] = own[w] & left & nextBits(own, w, words_) & lower[w] & upper[w];
     }
   }
 }
@@ -185,6 +244,8 @@ VoxelSet VoxelSet::inPieces(GridSize size, Execution& execution, const std::func
 std::int64_t VoxelSet::addRow(const MaskPlane& mask, int y, int roundUpTo, std::int64_t values,
                               std::vector<Run>& runs) const
 {
+  if (!mask.isUsed(y))
+    return values;
   const std::size_t before = runs.size();
   int done = 0; // the voxels of this row before it are in a run already
   forEachRange(mask.row(y), mask.words(), [&](int from, int to) {
@@ -295,10 +356,11 @@ PackedValues degrees(const VoxelSet& band, Execution& execution)
 {
   PackedValues result(band.count());
   execution.forRange(band.size().z, windowPlanes, [&](int first, int last) {
+    if (band.planeFirst(first) == band.planeFirst(last))
+      return;
     // Windows of planes by z modulo 3; they are 1 at the voxels of the band.
-    std::array<std::vector<float>, 3> windows;
-    windows.fill(std::vector<float>(band.windowCount(), 0));
-    const auto window = [&](int z) { return windows[(z + 3) % 3].data(); };
+    ZeroedFloats windows(3 * band.windowCount());
+    const auto window = [&](int z) { return windows.data() + (z + 3) % 3 * band.windowCount(); };
     for (int z = first - 1; z <= last; ++z) {
       if (z - 3 >= first - 1)
         kernels::clear(band.plane(z - 3), window(z - 3));

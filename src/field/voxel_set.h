@@ -35,33 +35,36 @@ inline std::int64_t windowStrideOf(const GridSize& size)
 /// \throw ResourceLimit if 32-bit numbers cannot count the voxels of a window plane of this grid, or its rows
 void requireCountable(const GridSize& size);
 
-/// Bits of one plane of voxels, 64 along x per word.
+/// Bits of one plane of voxels, 64 along x per word. What is done costs by the rows that were written to: of a wide
+/// plane most are empty.
 class MaskPlane {
 public:
   static constexpr int wordBits = 64;
 
   MaskPlane() = default;
   explicit MaskPlane(GridSize size)
-      : size_(size), words_((size.x + wordBits - 1) / wordBits),
-        bits_(static_cast<std::size_t>(words_) * static_cast<std::size_t>(size.y), 0)
+      : size_(size), words_((size.x + wordBits - 1) / wordBits), none_(words_, 0), isUsed_(size.y, 0),
+        bits_(std::int64_t{words_} * size.y)
   {}
+  MaskPlane(const MaskPlane& other);
+  MaskPlane(MaskPlane&&) = default;
+  MaskPlane& operator=(MaskPlane&&) = default;
 
   int words() const { return words_; }
   int rows() const { return size_.y; }
-  std::uint64_t* row(int y) { return bits_.data() + std::ptrdiff_t{words_} * y; }
-  const std::uint64_t* row(int y) const { return bits_.data() + std::ptrdiff_t{words_} * y; }
+  bool isUsed(int y) const { return isUsed_[y] != 0; } ///< false: the row is empty
+  std::uint64_t* row(int y);                           ///< the row is used from now on
+  const std::uint64_t* row(int y) const { return isUsed(y) ? bits_.data() + std::ptrdiff_t{words_} * y : none_.data(); }
 
   void set(int x, int y) { row(y)[x / wordBits] |= std::uint64_t{1} << (x % wordBits); }
   bool has(int x, int y) const { return row(y)[x / wordBits] >> (x % wordBits) & 1; }
   void setRange(int begin, int end, int y); ///< x in [begin, end), clipped to the row
-  void clear() { std::fill(bits_.begin(), bits_.end(), std::uint64_t{0}); }
+  void clear() { isUsed_.assign(isUsed_.size(), 0); }
+  void keepWithin(int begin, int endX, int endY); ///< keeps x in [begin, endX) of the rows [begin, endY)
   bool empty() const;
-  void unite(const MaskPlane& other) { combine(other, std::bit_or<>()); }
-  void intersect(const MaskPlane& other) { combine(other, std::bit_and<>()); }
-  void subtract(const MaskPlane& other)
-  {
-    combine(other, [](std::uint64_t own, std::uint64_t others) { return own & ~others; });
-  }
+  void unite(const MaskPlane& other);
+  void intersect(const MaskPlane& other);
+  void subtract(const MaskPlane& other);
   void growAlongX(int steps); ///< to both sides
   void growAlongY(int steps);
   void growUpwards();     ///< by the next voxel along x, along y and along both: a cell's lowest voxel becomes the cell
@@ -69,17 +72,14 @@ public:
   void shrinkCrosswise(); ///< to the voxels whose four neighbors in the plane are set
 
 private:
-  template <typename Operation>
-  void combine(const MaskPlane& other, const Operation& operation)
-  {
-    std::transform(bits_.begin(), bits_.end(), other.bits_.begin(), bits_.begin(), operation);
-  }
-
   std::uint64_t lastWord() const; ///< the bits of a row's last word that are voxels
+  bool mayHave(int y) const { return y >= 0 && y < size_.y && isUsed(y); }
 
   GridSize size_;
   int words_ = 0;
-  std::vector<std::uint64_t> bits_;
+  std::vector<std::uint64_t> none_; ///< an empty row
+  std::vector<std::uint8_t> isUsed_;
+  std::vector<std::uint64_t, UninitializedAllocator<std::uint64_t>> bits_; ///< of used rows
 };
 
 /// Calls body(index of the word, first bit in it, number of bits, first voxel) for the voxels [begin, end) of a row.
@@ -221,7 +221,9 @@ public:
   template <typename Body>
   void forRuns(int z, const Body& body) const
   {
-    for (int y = 0; z >= 0 && z < size_.z && y < size_.y; ++y)
+    if (z < 0 || z >= size_.z || planeCount(z) == 0)
+      return;
+    for (int y = 0; y < size_.y; ++y)
       for (const Run& run : row(y, z))
         body(run, xOf(run, y), y);
   }

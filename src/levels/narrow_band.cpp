@@ -117,6 +117,8 @@ public:
     const SignPlane &below = planes_[0], &own = planes_[1], &above = planes_[2];
     const int words = mask.words(), rows = band_->size().y;
     for (int y = 0; y < rows; ++y) {
+      if (!own.known.isUsed(y))
+        continue;
       std::uint64_t* const out = mask.row(y);
       const std::uint64_t *known = own.known.row(y), *negative = own.negative.row(y);
       const auto mark = [&](const SignPlane& other, int row) {
@@ -198,15 +200,6 @@ VoxelSet childrenOf(const VoxelSet& coarse, const Refinement& refinement, const 
 /// Voxels this close to the border of the bands' grid are never unknowns: their stencils would leave it.
 constexpr int rim = 3;
 
-void clearRim(const GridSize& size, int z, MaskPlane& mask)
-{
-  MaskPlane inside(size);
-  if (z >= rim && z < size.z - rim)
-    for (int y = rim; y < size.y - rim; ++y)
-      inside.setRange(rim, size.x - rim, y);
-  mask.intersect(inside);
-}
-
 /// Sets the unknowns of a field to solved(index among them, index in the support), but changes none by more than
 /// farthestMove. \param guess their values before
 template <typename Solved>
@@ -256,6 +249,8 @@ VoxelSet bandAround(const VoxelSet& zeroLevel, const VoxelSet& observed, const V
     mask.subtract(near);
   });
   const auto fill = [&](int z, MaskPlane& mask) {
+    if (z < rim || z >= size.z - rim)
+      return;
     addGrown(zeroLevel, crosses, z, mask);
     addGrown(farZeroLevel, crossesFarFromData, z, mask);
     observed.rasterize(z, mask);
@@ -263,7 +258,7 @@ VoxelSet bandAround(const VoxelSet& zeroLevel, const VoxelSet& observed, const V
     MaskPlane predicted(size);
     rasterizeChildren(coarseUnknowns, refinement, z, predicted);
     mask.intersect(predicted);
-    clearRim(size, z, mask);
+    mask.keepWithin(rim, size.x - rim, size.y - rim);
   };
   return VoxelSet(size, execution, fill, size.x - rim);
 }
@@ -426,13 +421,15 @@ RimCounts rimCounts(const VoxelSet& unknowns, const VoxelSet& zeroLevel, Executi
   const GridSize size = unknowns.size();
   const VoxelSet inside = eroded(unknowns, 1, execution);
   const VoxelSet touching(size, execution, [&](int z, MaskPlane& mask) {
+    if (z < rim || z >= size.z - rim)
+      return;
     MaskPlane solved(size), inner(size);
     unknowns.rasterize(z, mask);
     inside.rasterize(z, inner);
     zeroLevel.rasterize(z, solved);
     mask.subtract(inner);
     mask.intersect(solved);
-    clearRim(size, z, mask);
+    mask.keepWithin(rim, size.x - rim, size.y - rim);
   });
   return {zeroLevel.count(), touching.count()};
 }

@@ -55,7 +55,7 @@ template <typename Visit>
 void forBits(const MaskPlane& mask, const Visit& visit)
 {
   for (int y = 0; y < mask.rows(); ++y)
-    for (int w = 0; w < mask.words(); ++w)
+    for (int w = 0; mask.isUsed(y) && w < mask.words(); ++w)
       for (Word bits = mask.row(y)[w]; bits != 0; bits &= bits - 1)
         visit(w * wordBits + __builtin_ctzll(bits), y);
 }
@@ -105,7 +105,9 @@ public:
       octants_[level].split = VoxelSet(octants_[level].grid, execution_, [&](int z, MaskPlane& mask) {
         octants_[level].stored.rasterize(z, mask);
         mask.unite(inLargerAt(level, z));
-        mask.subtract(completeAt(level, z)); // at the lattice's border smaller cells come closer to it
+        MaskPlane complete = mask;
+        keepComplete(level, z, complete);
+        mask.subtract(complete); // at the lattice's border smaller cells come closer to it
         addParents(octants_[level - 1].stored, z, mask);
         if (level > 1)
           addParents(octants_[level - 1].split, z, mask);
@@ -121,7 +123,7 @@ public:
     CellPlane plane{MaskPlane(octants_[level].grid), inLargerAt(level, z)};
     octants_[level].stored.rasterize(z, plane.cells);
     plane.cells.unite(plane.inLarger);
-    plane.cells.intersect(completeAt(level, z));
+    keepComplete(level, z, plane.cells);
     MaskPlane other(octants_[level].grid);
     if (level + 1 < octants_.size()) {
       addInside(octants_[level + 1].split, 1, z, other);
@@ -144,6 +146,8 @@ public:
       octants_[own].stored.rasterize(z, known);
       MaskPlane signs(field_.lattice().size);
       for (int y = 0; y < signs.rows(); ++y) {
+        if (!known.isUsed(y))
+          continue;
         field_.signsOfRow(y, z, signs.row(y));
         std::copy_n(signs.row(y), signs.words(), negative.row(y));
       }
@@ -209,15 +213,14 @@ private:
     }
   }
 
-  /// The cells of a plane all of whose corners are voxels of the lattice.
-  MaskPlane completeAt(std::size_t level, int z) const
+  /// Keeps of a plane the cells all of whose corners are voxels of the lattice.
+  void keepComplete(std::size_t level, int z, MaskPlane& mask) const
   {
     const GridSize& size = field_.lattice().size;
-    MaskPlane complete(octants_[level].grid);
     if (z < (size.z - 1) >> level)
-      for (int y = 0; y < (size.y - 1) >> level; ++y)
-        complete.setRange(0, (size.x - 1) >> level, y);
-    return complete;
+      mask.keepWithin(0, (size.x - 1) >> level, (size.y - 1) >> level);
+    else
+      mask.clear();
   }
 
   /// The cells of a plane inside larger stored cells.
@@ -278,7 +281,7 @@ private:
   void addPlane(int level, int z, const CellPlane& plane, const MaskPlane& seam, const CornerSigns& signs)
   {
     for (int y = 0; y + 1 < seam.rows(); ++y)
-      for (int w = 0; w < seam.words(); ++w) {
+      for (int w = 0; plane.cells.isUsed(y) && w < seam.words(); ++w) {
         const Word own = plane.cells.row(y)[w];
         if (own == 0)
           continue;

@@ -55,6 +55,8 @@ void sumLayers(const VoxelSet& voxels, const Layer& layer, PackedValues& result,
 {
   result.resize(voxels.count());
   execution.forRange(voxels.size().z, grainPlanes, [&](int begin, int end) {
+    if (voxels.planeFirst(begin) == voxels.planeFirst(end))
+      return;
     WindowRing ring;
     ring.reset(voxels, 2);
     ring.enter(begin - 1);
