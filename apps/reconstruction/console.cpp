@@ -8,13 +8,13 @@
 
 #include <nlohmann/json.hpp>
 
-#include <sys/resource.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdarg>
+#include <ctime>
 
 namespace mrf_apps {
 namespace {
@@ -48,16 +48,6 @@ std::string counted(std::int64_t number, const std::string& singular, const std:
 std::string bytes(double count)
 {
   return count < 1e6 ? format("%.1f kB", count / 1e3) : format("%.1f MB", count / 1e6);
-}
-
-double processorSeconds()
-{
-  rusage usage{};
-  getrusage(RUSAGE_SELF, &usage);
-  const auto seconds = [](const timeval& time) {
-    return static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_usec);
-  };
-  return seconds(usage.ru_utime) + seconds(usage.ru_stime);
 }
 
 /// Prints lines under headings.
@@ -331,8 +321,9 @@ void printSummary(const RunSummary& run, const Report& report, Verbosity verbosi
   for (const pcl::mrf::StageTime& time : report.times)
     addTime(time.stage, time.seconds);
   addTime("writing", run.writingSeconds);
+  const double processorSeconds = static_cast<double>(std::clock()) / CLOCKS_PER_SEC; // of all threads
   print("seconds", format("%.2f in all on ", run.readingSeconds + report.seconds + run.writingSeconds) +
-                       counted(report.threads, "thread", "threads") + format(", %.2f of CPU; ", processorSeconds()) +
+                       counted(report.threads, "thread", "threads") + format(", %.2f of CPU; ", processorSeconds) +
                        "peak memory " + bytes(static_cast<double>(report.peakBytes)));
   if (!times.empty())
     print("", joined(times));
