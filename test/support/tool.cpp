@@ -1,12 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "support/tool.h"
 
-#include <fcntl.h>
-#include <sys/wait.h>
-#include <unistd.h>
+#include <boost/process.hpp>
 
 #include <algorithm>
-#include <cstdlib>
 #include <fstream>
 #include <regex>
 #include <sstream>
@@ -14,6 +11,7 @@
 namespace tool {
 
 namespace fs = std::filesystem;
+namespace process = boost::process;
 
 std::string readText(const fs::path& path)
 {
@@ -33,23 +31,16 @@ Outcome runProgram(const std::vector<std::string>& command, const fs::path& fold
 {
   // Beside the folder, so that the folder holds only the program's files.
   const fs::path out = folder.string() + ".out", err = folder.string() + ".err";
-  const pid_t child = fork();
-  if (child == 0) {
-    std::vector<char*> arguments;
-    for (const std::string& word : command)
-      arguments.push_back(const_cast<char*>(word.c_str()));
-    arguments.push_back(nullptr);
-    if (!withDisplay)
-      unsetenv("DISPLAY");
-    constexpr int flags = O_WRONLY | O_CREAT | O_TRUNC;
-    if (chdir(folder.c_str()) != 0 || dup2(open(out.c_str(), flags, 0600), STDOUT_FILENO) < 0 ||
-        dup2(open(err.c_str(), flags, 0600), STDERR_FILENO) < 0)
-      _exit(126);
-    execvp(arguments[0], arguments.data());
-    _exit(127);
-  }
-  int state = 0;
-  waitpid(child, &state, 0);
+  process::environment environment = boost::this_process::environment();
+  if (!withDisplay)
+    environment.erase("DISPLAY");
+  const std::string& name = command.front();
+  process::child child(fs::path(name).is_absolute() ? name : process::search_path(name).string(),
+                       process::args(std::vector(command.begin() + 1, command.end())), environment,
+                       process::start_dir = folder.string(), process::std_out > out.string(),
+                       process::std_err > err.string());
+  child.wait();
+  const int state = child.native_exit_code();
   Outcome outcome;
   outcome.status = WIFEXITED(state) ? WEXITSTATUS(state) : 128 + WTERMSIG(state);
   outcome.out = readText(out);
@@ -61,11 +52,7 @@ Outcome runProgram(const std::vector<std::string>& command, const fs::path& fold
 
 bool hasProgram(const std::string& name)
 {
-  std::istringstream folders(std::getenv("PATH") != nullptr ? std::getenv("PATH") : "");
-  for (std::string folder; std::getline(folders, folder, ':');)
-    if (access((folder + "/" + name).c_str(), X_OK) == 0)
-      return true;
-  return false;
+  return !process::search_path(name).empty();
 }
 
 std::string sphereRows(int count, double top, const Eigen::Vector3d& center)
