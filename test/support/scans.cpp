@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "support/scans.h"
+#include "support/clouds.h"
+#include "support/conversion.h"
 
 #include <CGAL/AABB_traits.h>
 #include <CGAL/AABB_tree.h>
 #include <CGAL/AABB_triangle_primitive.h>
 #include <CGAL/Simple_cartesian.h>
 
+#include <pcl/io/obj_io.h>
 #include <pcl/io/ply_io.h>
 #include <pcl/point_types.h>
 
@@ -16,7 +19,6 @@
 #include <algorithm>
 #include <fstream>
 #include <map>
-#include <sstream>
 #include <stdexcept>
 
 namespace scans {
@@ -45,33 +47,22 @@ std::vector<Eigen::Vector3d> positionsOf(const pcl::PointCloud<pcl::PointNormal>
 pcl::mrf::PointSet pointsOf(const pcl::PointCloud<pcl::PointNormal>& cloud)
 {
   pcl::mrf::PointSet points;
-  for (const pcl::PointNormal& point : cloud) {
-    points.origins.push_back(static_cast<std::uint32_t>(points.size()));
-    points.positions.push_back(point.getVector3fMap());
-    points.normals.push_back(point.getNormalVector3fMap());
-  }
+  for (const pcl::PointNormal& point : cloud)
+    clouds::append(points, point.getVector3fMap(), point.getNormalVector3fMap());
   return points;
 }
 
 /// A surface of the triangles of an OBJ file.
 pcl::mrf::scan::MeshSurface readModel()
 {
+  pcl::PolygonMesh file;
+  if (pcl::io::loadOBJFile(model, file) < 0)
+    throw std::runtime_error("cannot read " + model);
+  const pcl::mrf::TriangleMesh mesh = conversion::plain(file);
   std::vector<Eigen::Vector3d> vertices;
-  std::vector<std::array<std::int32_t, 3>> triangles;
-  std::ifstream file(model);
-  for (std::string line, word; std::getline(file, line);) {
-    std::istringstream words(line);
-    words >> word;
-    if (word == "v") {
-      Eigen::Vector3d& vertex = vertices.emplace_back();
-      words >> vertex.x() >> vertex.y() >> vertex.z();
-    } else if (word == "f")
-      for (std::int32_t& corner : triangles.emplace_back()) {
-        words >> word;
-        corner = std::stoi(word) - 1;
-      }
-  }
-  return {std::move(vertices), std::move(triangles)};
+  for (const Eigen::Vector3f& vertex : mesh.vertices)
+    vertices.push_back(vertex.cast<double>());
+  return {std::move(vertices), mesh.triangles};
 }
 
 bool isOfModel(const std::string& name)
@@ -111,11 +102,8 @@ Scan simulate(const std::string& name)
                                         ? simulateScan(readModel(), options, execution)
                                         : simulateScan(AnalyticSurface(makeShape(name)), options, execution);
   scans::Scan scan;
-  for (std::size_t i = 0; i < seen.cloud.size(); ++i) {
-    scan.points.origins.push_back(static_cast<std::uint32_t>(i));
-    scan.points.positions.push_back(seen.cloud.positions[i].cast<float>());
-    scan.points.normals.push_back(seen.cloud.normals[i].cast<float>());
-  }
+  for (std::size_t i = 0; i < seen.cloud.size(); ++i)
+    clouds::append(scan.points, seen.cloud.positions[i].cast<float>(), seen.cloud.normals[i].cast<float>());
   for (const Eigen::Vector3d& sensor : seen.sensors)
     scan.points.sensors.push_back(sensor.cast<float>());
   scan.points.views = seen.cloud.views;

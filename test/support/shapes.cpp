@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "support/shapes.h"
+#include "support/clouds.h"
 
 #include <algorithm>
 #include <cmath>
@@ -52,9 +53,7 @@ pcl::mrf::PointSet sample(const Sdf& sdf, double halfSide, double spacing, unsig
     if (!isFree)
       continue;
     cells[{ci, cj, ck}].push_back(x);
-    points.origins.push_back(static_cast<std::uint32_t>(points.size()));
-    points.positions.push_back(x.cast<float>());
-    points.normals.push_back(normalOf(sdf, x).cast<float>());
+    clouds::append(points, x.cast<float>(), normalOf(sdf, x).cast<float>());
   }
   return points;
 }
