@@ -3,7 +3,9 @@
 // by several sensors, with holes and noise, are compared with the truth.
 //   test_invariants [SCENES [FIRST_SEED]]
 // A scene is named by its seed: SCENES = 1 runs it alone and prints the measures.
+#include "base/select_values.h"
 #include "support/clouds.h"
+#include "support/meshes.h"
 #include "support/random.h"
 #include "support/scans.h"
 #include "support/shapes.h"
@@ -151,23 +153,6 @@ struct Measures {
   std::int64_t intersecting = 0;
 };
 
-/// The vertices on the border of the mesh.
-std::vector<std::size_t> borderOf(const TriangleMesh& mesh)
-{
-  std::vector<std::pair<std::int32_t, std::int32_t>> edges;
-  for (const Triangle& t : mesh.triangles)
-    for (const std::size_t c : {0u, 1u, 2u})
-      edges.emplace_back(std::minmax(t[c], t[(c + 1) % 3]));
-  std::sort(edges.begin(), edges.end());
-  std::vector<std::size_t> border;
-  for (std::size_t e = 0; e < edges.size(); ++e)
-    if ((e == 0 || edges[e - 1] != edges[e]) && (e + 1 == edges.size() || edges[e + 1] != edges[e])) {
-      border.push_back(static_cast<std::size_t>(edges[e].first));
-      border.push_back(static_cast<std::size_t>(edges[e].second));
-    }
-  return border;
-}
-
 /// The share of the area that lies in front of surface that a sensor saw, apart from the margin of surface that points
 /// support. Rays to the true surface decide, not the points; but the place that a ray meets must have been sampled.
 double seenThroughShare(const Scene& scene, const Reconstruction& result, const NeighborSearch& search)
@@ -225,13 +210,11 @@ Measures measureAll(const Scene& scene, const Reconstruction& result)
 
   std::vector<double> ends;
   Neighbors nearest;
-  for (const std::size_t v : borderOf(mesh))
-    if (search->nearest(mesh.vertices[v], 1, nearest) > 0)
+  for (const auto& edge : meshes::boundaryOf(mesh))
+    if (search->nearest(mesh.vertices[edge.first], 1, nearest) > 0)
       ends.push_back(std::sqrt(static_cast<double>(nearest.squaredDistances[0])) / scene.spacing);
-  if (!ends.empty()) {
-    std::nth_element(ends.begin(), ends.begin() + static_cast<std::ptrdiff_t>(ends.size() / 2), ends.end());
-    measures.end = ends[ends.size() / 2];
-  }
+  if (!ends.empty())
+    measures.end = median(ends);
   measures.intersecting = result.report.intersecting - result.report.intersectingBeforeRemeshing;
   return measures;
 }

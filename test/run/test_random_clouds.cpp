@@ -438,13 +438,11 @@ void change(const OptionDeclaration& option, Options& options, Random& random, d
 /// The approximate distance between neighbors on a surface through the cloud.
 double unitOf(const Cloud& cloud)
 {
-  Vector3d lower = Vector3d::Constant(infinity), upper = -lower;
+  Eigen::AlignedBox3d box;
   for (const Vector3d& position : cloud.positions)
-    if (position.allFinite()) {
-      lower = lower.cwiseMin(position);
-      upper = upper.cwiseMax(position);
-    }
-  const double size = (upper - lower).norm();
+    if (position.allFinite())
+      box.extend(position);
+  const double size = box.diagonal().norm();
   return std::isfinite(size) && size > 0 ? size / std::sqrt(static_cast<double>(cloud.positions.size())) : 1;
 }
 
