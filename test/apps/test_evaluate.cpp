@@ -10,6 +10,7 @@
 
 #include <shapes/signed_distance.h>
 
+#include <CGAL/Exact_predicates_exact_constructions_kernel.h>
 #include <Eigen/Geometry>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -26,36 +27,23 @@ using Points = std::vector<Vector3d>;
 
 namespace {
 
-using Long = Eigen::Matrix<long double, 3, 1>;
-
-long double toSegment(const Long& p, const Long& a, const Long& b)
+/// Exact up to the last rounding.
+double toTriangle(const Vector3d& point, const SurfaceMesh& mesh, const std::array<std::int32_t, 3>& triangle)
 {
-  const Long edge = b - a;
-  const long double t = (p - a).dot(edge) / edge.squaredNorm();
-  return (p - a - std::min(std::max(t, 0.0L), 1.0L) * edge).norm();
-}
-
-/// Distance to a triangle with an area: to its plane if the foot is inside of all edges, else to the nearest edge.
-long double toTriangle(const Long& p, const Long& a, const Long& b, const Long& c)
-{
-  const Long normal = (b - a).cross(c - a).normalized();
-  const long double height = normal.dot(p - a);
-  const Long foot = p - height * normal;
-  const auto inside = [&](const Long& from, const Long& to) { return normal.dot((to - from).cross(foot - from)) >= 0; };
-  if (inside(a, b) && inside(b, c) && inside(c, a))
-    return std::abs(height);
-  return std::min({toSegment(p, a, b), toSegment(p, b, c), toSegment(p, c, a)});
+  using Kernel = CGAL::Exact_predicates_exact_constructions_kernel;
+  const auto exact = [](const Vector3d& x) { return Kernel::Point_3(x.x(), x.y(), x.z()); };
+  const auto corner = [&](std::size_t n) { return exact(mesh.vertices[triangle[n]]); };
+  return std::sqrt(
+      CGAL::to_double(CGAL::squared_distance(exact(point), Kernel::Triangle_3(corner(0), corner(1), corner(2)))));
 }
 
 double bruteForce(const Vector3d& point, const SurfaceMesh& mesh)
 {
-  long double least = std::numeric_limits<long double>::infinity();
-  for (const auto& [a, b, c] : mesh.triangles) {
-    const auto corner = [&](std::int32_t v) { return Long(mesh.vertices[v].cast<long double>()); };
-    if (!(corner(b) - corner(a)).cross(corner(c) - corner(a)).isZero(0))
-      least = std::min(least, toTriangle(point.cast<long double>(), corner(a), corner(b), corner(c)));
-  }
-  return static_cast<double>(least);
+  double least = std::numeric_limits<double>::infinity();
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+    if (!areaVector(mesh, t).isZero(0))
+      least = std::min(least, toTriangle(point, mesh, mesh.triangles[t]));
+  return least;
 }
 
 /// Separate triangles of all shapes and sizes, needles and triangles without area among them.
@@ -191,10 +179,7 @@ TEST(SurfaceDistance, agreesWithBruteForce)
   for (std::size_t i = 0; i < points.size(); ++i) {
     EXPECT_NEAR(places[i].distance, bruteForce(points[i], mesh), rounding * (1 + points[i].norm())) << "point " << i;
     // The triangle that is named is one at that distance.
-    const auto& [a, b, c] = mesh.triangles[places[i].triangle];
-    const auto corner = [&](std::int32_t v) { return Long(mesh.vertices[v].cast<long double>()); };
-    EXPECT_NEAR(places[i].distance,
-                static_cast<double>(toTriangle(points[i].cast<long double>(), corner(a), corner(b), corner(c))),
+    EXPECT_NEAR(places[i].distance, toTriangle(points[i], mesh, mesh.triangles[places[i].triangle]),
                 rounding * (1 + points[i].norm()));
   }
 }
