@@ -270,7 +270,7 @@ TEST(Callbacks, EveryStageCanBeCancelled)
       called = stage;
       return stage != last || ++stops == 0;
     });
-    EXPECT_NE(expectFailure(mrf, Status::cancelled).find(last), std::string::npos);
+    expectFailure(mrf, Status::cancelled, last);
     EXPECT_EQ(stops, 2) << "neither of the two runs calls it again after it asked to stop";
     EXPECT_EQ(called, last);
   }
@@ -297,7 +297,7 @@ TEST(Searches, NonsenseIsRefused)
     SCOPED_TRACE(words);
     Small mrf;
     mrf.setSearchMethod(std::make_shared<ChangedSearch>(change));
-    EXPECT_NE(expectFailure(mrf, Status::invalidInput).find(words), std::string::npos) << mrf.getReport().message;
+    expectFailure(mrf, Status::invalidInput, words);
   }
 }
 
@@ -358,7 +358,7 @@ TEST(Sensors, ThatAreNowhere)
   Small mrf;
   for (const double bad : {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity(), 1e300}) {
     mrf.setSensorPosition({0, bad, 0});
-    EXPECT_NE(expectFailure(mrf, Status::invalidInput).find("sensor 0"), std::string::npos);
+    expectFailure(mrf, Status::invalidInput, "sensor 0");
   }
 }
 

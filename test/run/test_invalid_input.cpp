@@ -325,7 +325,7 @@ TEST(BadInput, NormalsThatAreAllZeroAreEstimated)
     mrf.setNormalSource(pcl::mrf::NormalSource::reference);
     EXPECT_TRUE(sameBytes(run(mrf), mesh)) << "there is nothing to refer to";
     mrf.setNormalSource(pcl::mrf::NormalSource::use);
-    EXPECT_NE(expectFailure(mrf, Status::invalidInput).find("setNormalSource"), std::string::npos);
+    expectFailure(mrf, Status::invalidInput, "setNormalSource");
   }
 }
 
@@ -357,7 +357,7 @@ TEST(BadInput, IndicesOutsideTheCloudOrNone)
   OnSphere mrf;
   for (const int index : {-1, 1000000}) {
     mrf.setIndices(pcl::IndicesPtr(new pcl::Indices{0, 1, index, 2, 3}));
-    EXPECT_NE(expectFailure(mrf, Status::invalidInput).find(std::to_string(index)), std::string::npos);
+    expectFailure(mrf, Status::invalidInput, std::to_string(index));
   }
   mrf.setIndices(pcl::IndicesPtr(new pcl::Indices));
   expectFailure(mrf, Status::invalidInput);
@@ -367,7 +367,7 @@ TEST(BadInput, SensorsAndViewsThatDoNotFit)
 {
   OnSphere mrf;
   mrf.setSensorPositions({Eigen::Vector3d(0, 0, 5)}, {0, 0, 0});
-  EXPECT_NE(expectFailure(mrf, Status::invalidInput).find("3"), std::string::npos) << "3 views";
+  expectFailure(mrf, Status::invalidInput, "3 views");
   std::vector<std::int32_t> views(sphere().size(), 0);
   for (const std::int32_t view : {1, -1}) {
     views.back() = view;
@@ -380,18 +380,17 @@ TEST(BadInput, FieldsThatAreMissingAndNoiseThatIsNone)
 {
   OnSphere mrf;
   mrf.setConfidenceField("trust");
-  EXPECT_NE(expectFailure(mrf, Status::invalidOption).find("setConfidenceField 'trust'"), std::string::npos);
+  expectFailure(mrf, Status::invalidOption, "setConfidenceField 'trust'");
   mrf.setConfidenceField("");
   mrf.setNoiseField("trust");
-  EXPECT_NE(expectFailure(mrf, Status::invalidOption).find("setNoiseField 'trust'"), std::string::npos);
+  expectFailure(mrf, Status::invalidOption, "setNoiseField 'trust'");
   mrf.setNoiseField("curvature"); // 0 everywhere
-  EXPECT_NE(expectFailure(mrf, Status::invalidInput).find("deviation of 0"), std::string::npos);
+  expectFailure(mrf, Status::invalidInput, "deviation of 0");
   mrf.setNoiseField("");
   mrf.setNoiseModel("kinect");
-  EXPECT_NE(expectFailure(mrf, Status::invalidOption).find("setSensorPosition"), std::string::npos)
-      << "nobody knows the range";
+  expectFailure(mrf, Status::invalidOption, "setSensorPosition"); // nobody knows the range
   mrf.setNoiseModel("kinetic");
-  EXPECT_NE(expectFailure(mrf, Status::invalidOption).find("kinetic"), std::string::npos);
+  expectFailure(mrf, Status::invalidOption, "kinetic");
   // Said twice.
   const Cloud::Ptr noisy = sphereCloud();
   for (pcl::PointNormal& point : *noisy)
@@ -399,8 +398,8 @@ TEST(BadInput, FieldsThatAreMissingAndNoiseThatIsNone)
   mrf.setInputCloud(noisy);
   mrf.setNoiseField("curvature");
   mrf.setNoiseModel("constant:.01");
-  EXPECT_NE(expectFailure(mrf, Status::invalidOption).find("constant:.01"), std::string::npos);
+  expectFailure(mrf, Status::invalidOption, "constant:.01");
   mrf.setNoiseModel("automatic");
   mrf.setNoise(.5f);
-  EXPECT_NE(expectFailure(mrf, Status::invalidOption).find("0.5"), std::string::npos);
+  expectFailure(mrf, Status::invalidOption, "0.5");
 }

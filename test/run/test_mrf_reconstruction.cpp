@@ -112,7 +112,7 @@ TYPED_TEST(EveryPointType, RefusesNormalsThatTheTypeLacks)
     On<Point> mrf;
     mrf.setNormalSource(source);
     if (!pcl::traits::has_normal<Point>::value) {
-      EXPECT_NE(expectFailure(mrf, Status::invalidOption).find("normals"), std::string::npos);
+      expectFailure(mrf, Status::invalidOption, "normals");
       continue;
     }
     outputOf(mrf);
@@ -650,8 +650,7 @@ TEST(Errors, AFieldWithoutAZeroLevelIsBlamedOnBetaAtVoxels)
   OnSphere mrf;
   mrf.setObservation(pcl::mrf::ObservationKind::plane);
   mrf.setBeta(1e-10f);
-  const std::string message = expectFailure(mrf, Status::invalidInput);
-  EXPECT_NE(message.find("setBeta(1e-10) is too small"), std::string::npos) << message;
+  expectFailure(mrf, Status::invalidInput, "setBeta(1e-10) is too small");
   // At points it has no effect, and nothing to be blamed for.
   mrf.setObservation(pcl::mrf::ObservationKind::points);
   run(mrf);
@@ -664,7 +663,6 @@ TEST(Errors, MemoryLimitHoldsForTheRobustField)
   options.outliers.robust = true;
   options.multiscale.maxMemory = 1000;
   mrf.setOptions(options);
-  const std::string message = expectFailure(mrf, Status::resourceLimit);
-  EXPECT_NE(message.find("setRobust"), std::string::npos) << message;
+  expectFailure(mrf, Status::resourceLimit, "setRobust");
   EXPECT_EQ(mrf.getReport().times.back().stage, "robust field") << "before five solutions are made for nothing";
 }

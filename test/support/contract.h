@@ -65,9 +65,9 @@ inline void expectCleared(const pcl::PolygonMesh& mesh)
   EXPECT_EQ(mesh.cloud.width, 0u);
 }
 
-/// Runs both overloads, which must fail and clear their outputs. \return the message
+/// Runs both overloads, which must fail, with these words in the message, and clear their outputs. \return the message
 template <typename PointT>
-std::string expectFailure(pcl::MRFReconstruction<PointT>& mrf, pcl::mrf::Status status)
+std::string expectFailure(pcl::MRFReconstruction<PointT>& mrf, pcl::mrf::Status status, const std::string& words = {})
 {
   Outputs<PointT> outputs;
   mrf.reconstruct(outputs.mesh);
@@ -75,6 +75,7 @@ std::string expectFailure(pcl::MRFReconstruction<PointT>& mrf, pcl::mrf::Status 
   expectCleared(outputs.mesh);
   const std::string message = mrf.getReport().message;
   EXPECT_GT(message.size(), 10u);
+  EXPECT_NE(message.find(words), std::string::npos) << "'" << words << "' is expected in: " << message;
 
   mrf.reconstruct(outputs.points, outputs.polygons);
   EXPECT_EQ(mrf.getReport().status, status);
