@@ -49,7 +49,9 @@ void resetPeak()
 
 } // namespace benchmarks
 
-// The functions of glibc. All allocations go through one of these: operator new, Eigen, C libraries.
+// The functions of glibc. All allocations go through one of these: operator new, Eigen, C libraries. Sanitizers need
+// them for themselves.
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
 extern "C" {
 void* __libc_malloc(std::size_t size);
 void* __libc_calloc(std::size_t count, std::size_t size);
@@ -96,3 +98,4 @@ void free(void* memory)
   __libc_free(memory);
 }
 }
+#endif

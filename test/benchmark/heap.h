@@ -6,7 +6,7 @@
 
 namespace benchmarks {
 
-/// Bytes that the heap has given and not got back, of all threads.
+/// Bytes that the heap has given and not got back, of all threads; 0 under sanitizers, where nothing is counted.
 std::int64_t heapBytes();
 
 /// The largest heapBytes() since the last call of resetPeak.

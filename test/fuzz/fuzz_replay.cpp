@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Replays the corpus and a fixed sequence of mutations of it through every reader, in seconds, without a fuzzer.
 //   fuzz_replay CORPUS DICTIONARY [MUTATIONS]
-// Counts memory: no file may make a reader take more than a small multiple of the file's size.
+// Counts memory, if not under sanitizers: no file may make a reader take more than a small multiple of the file's size.
+#include "benchmark/heap.h"
 #include "fuzz/readers.h"
+#include "support/random.h"
 
-#include <malloc.h>
+#include <sys/resource.h>
 
 #include <algorithm>
 #include <cstdio>
@@ -12,49 +14,9 @@
 #include <exception>
 #include <filesystem>
 #include <fstream>
-#include <new>
-#include <random>
 #include <sstream>
 #include <string>
 #include <vector>
-
-namespace {
-
-std::size_t liveBytes = 0, peakBytes = 0, limitBytes = ~std::size_t{0};
-
-void* allocate(std::size_t size)
-{
-  if (size > limitBytes || liveBytes + size > limitBytes)
-    return nullptr;
-  void* memory = std::malloc(std::max<std::size_t>(size, 1));
-  liveBytes += malloc_usable_size(memory);
-  peakBytes = std::max(peakBytes, liveBytes);
-  return memory;
-}
-
-void release(void* memory)
-{
-  liveBytes -= malloc_usable_size(memory);
-  std::free(memory);
-}
-
-} // namespace
-
-// There is one thread, so plain counters suffice. The operators for arrays call these.
-void* operator new(std::size_t size)
-{
-  if (void* memory = allocate(size))
-    return memory;
-  throw std::bad_alloc();
-}
-void operator delete(void* memory) noexcept
-{
-  release(memory);
-}
-void operator delete(void* memory, std::size_t) noexcept
-{
-  release(memory);
-}
 
 namespace {
 
@@ -85,52 +47,50 @@ std::vector<std::string> readDictionary(const std::string& path)
 class Mutator {
 public:
   Mutator(const std::vector<std::string>& corpus, const std::vector<std::string>& words, std::uint64_t seed)
-      : corpus_(corpus), words_(words), engine_(seed)
+      : corpus_(corpus), words_(words), random_(seed)
   {}
 
   std::string next()
   {
-    std::string bytes = corpus_[index(corpus_.size())];
-    for (std::size_t left = 1 + index(4); left > 0; --left)
+    std::string bytes = corpus_[random_.index(corpus_.size())];
+    for (std::size_t left = 1 + random_.index(4); left > 0; --left)
       mutate(bytes);
     return bytes;
   }
 
 private:
-  /// In [0, count); the bias of the remainder does not matter here.
-  std::size_t index(std::size_t count) { return static_cast<std::size_t>(engine_() % count); }
-
   void mutate(std::string& bytes)
   {
-    const std::size_t at = index(bytes.size() + 1), length = index(std::min<std::size_t>(bytes.size() - at, 40) + 1);
-    switch (index(8)) {
+    const std::size_t at = random_.index(bytes.size() + 1),
+                      length = random_.index(std::min<std::size_t>(bytes.size() - at, 40) + 1);
+    switch (random_.index(8)) {
     case 0: // another byte
       if (at < bytes.size())
-        bytes[at] = static_cast<char>(engine_() & 255);
+        bytes[at] = static_cast<char>(random_.index(256));
       break;
     case 1: // a bit
       if (at < bytes.size())
-        bytes[at] = static_cast<char>(bytes[at] ^ (1 << index(8)));
+        bytes[at] = static_cast<char>(bytes[at] ^ (1 << random_.index(8)));
       break;
     case 2:
       bytes.erase(at, length);
       break;
     case 3:
-      bytes.insert(index(bytes.size() + 1), bytes.substr(at, length));
+      bytes.insert(random_.index(bytes.size() + 1), bytes.substr(at, length));
       break;
     case 4: // the end
-      if (index(4) == 0)
+      if (random_.index(4) == 0)
         bytes.resize(at);
       break;
     case 5:
-      bytes.insert(at, words_[index(words_.size())]);
+      bytes.insert(at, words_[random_.index(words_.size())]);
       break;
     case 6:
       replaceNumber(bytes, at);
       break;
     default: // the rest of another file
-      const std::string& other = corpus_[index(corpus_.size())];
-      bytes = bytes.substr(0, at) + other.substr(index(other.size() + 1));
+      const std::string& other = corpus_[random_.index(corpus_.size())];
+      bytes = bytes.substr(0, at) + other.substr(random_.index(other.size() + 1));
     }
   }
 
@@ -143,12 +103,12 @@ private:
     if (begin == std::string::npos)
       return;
     const std::size_t end = std::min(bytes.find_first_not_of("0123456789", begin), bytes.size());
-    bytes.replace(begin, end - begin, numbers[index(numbers.size())]);
+    bytes.replace(begin, end - begin, numbers[random_.index(numbers.size())]);
   }
 
   const std::vector<std::string>& corpus_;
   const std::vector<std::string>& words_;
-  std::mt19937_64 engine_;
+  clouds::Random random_;
 };
 
 /// \return true if the file was read; ends the process if the reader misbehaves
@@ -156,20 +116,25 @@ bool run(const fuzz::Reader& reader, const std::string& bytes)
 {
   // What is there for every file: messages and buffers.
   constexpr std::size_t always = std::size_t{1} << 20;
-  const std::size_t before = liveBytes;
-  limitBytes = before + always + reader.largestRatio * bytes.size();
+  const std::int64_t before = benchmarks::heapBytes();
+  benchmarks::resetPeak();
+  std::string fault;
+  bool wasRead = false;
   try {
-    const bool wasRead = fuzz::runReader(reader, bytes);
-    limitBytes = ~std::size_t{0};
-    return wasRead;
+    wasRead = fuzz::runReader(reader, bytes);
   } catch (const std::exception& error) {
-    limitBytes = ~std::size_t{0};
-    const std::string name = std::string("failed-") + reader.name;
-    std::ofstream(name, std::ios::binary) << bytes;
-    std::fprintf(stderr, "%s: %s on %zu bytes, with at most %zu of memory; the file is in %s\n", reader.name,
-                 error.what(), bytes.size(), peakBytes - before, name.c_str());
-    std::exit(1);
+    fault = error.what();
   }
+  const auto taken = static_cast<std::size_t>(benchmarks::peakBytes() - before);
+  if (fault.empty() && taken > always + reader.largestRatio * bytes.size())
+    fault = "too much memory";
+  if (fault.empty())
+    return wasRead;
+  const std::string name = std::string("failed-") + reader.name;
+  std::ofstream(name, std::ios::binary) << bytes;
+  std::fprintf(stderr, "%s: %s on %zu bytes, with at most %zu of memory; the file is in %s\n", reader.name,
+               fault.c_str(), bytes.size(), taken, name.c_str());
+  std::exit(1);
 }
 
 bool replay(const fuzz::Reader& reader, const std::string& folder, const std::vector<std::string>& words, int mutations)
@@ -213,6 +178,9 @@ int main(int argc, char** argv)
     std::fprintf(stderr, "usage: fuzz_replay CORPUS DICTIONARY [MUTATIONS]\n");
     return 2;
   }
+  constexpr rlimit memory{rlim_t{4} << 30, rlim_t{4} << 30}; // so that no fault takes all of the machine's
+  if (benchmarks::heapBytes() > 0)                           // sanitizers reserve terabytes
+    setrlimit(RLIMIT_AS, &memory);
   const std::vector<std::string> words = readDictionary(argv[2]);
   const int mutations = argc > 3 ? std::atoi(argv[3]) : 20000;
   bool good = !words.empty();
