@@ -40,13 +40,13 @@ protected:
   std::string said_;
 };
 
-/// The bounding box of the vertices of a mesh.
-template <typename Point>
-pcl::PointCloud<Point> verticesOf(const std::filesystem::path& file)
+/// The points, or the vertices of the mesh, in a PLY file.
+template <typename Point = pcl::PointXYZ>
+pcl::PointCloud<Point> pointsOf(const std::filesystem::path& file)
 {
-  pcl::PointCloud<Point> vertices;
-  EXPECT_EQ(pcl::io::loadPLYFile(file.string(), vertices), 0);
-  return vertices;
+  pcl::PointCloud<Point> points;
+  EXPECT_EQ(pcl::io::loadPLYFile(file.string(), points), 0);
+  return points;
 }
 
 } // namespace
@@ -88,7 +88,7 @@ TEST_F(Field, AHouseStandsOnItsPlot)
 {
   reconstruct("house-on-ground/house.xyz");
   EXPECT_NE(said_.find("is a guess"), std::string::npos) << said_;
-  const auto vertices = verticesOf<pcl::PointNormal>(path("field.ply"));
+  const auto vertices = pointsOf<pcl::PointNormal>(path("field.ply"));
   const auto countOf = [&](float side) {
     return std::count_if(vertices.begin(), vertices.end(), [side](const auto& v) { return side * v.normal_z > .7f; });
   };
@@ -129,21 +129,19 @@ TEST_F(Field, TheSidesOfABladeFaceApart)
 TEST_F(Field, ATunnelEndsWhereItsPointsDo)
 {
   // Points are .22 apart; bulbs once were 6 and 7 long.
-  const std::string tunnel = input("tunnel-ends-capped/tunnel.ply");
-  pcl::PointCloud<pcl::PointXYZ> points;
-  ASSERT_EQ(pcl::io::loadPLYFile(tunnel, points), 0);
-  const auto lengthOf = [](const pcl::PointCloud<pcl::PointXYZ>& cloud) {
+  const std::string tunnel = "tunnel-ends-capped/tunnel.ply";
+  const auto lengthOf = [](const std::filesystem::path& file) {
     Eigen::AlignedBox3f box;
-    for (const pcl::PointXYZ& point : cloud)
+    for (const pcl::PointXYZ& point : pointsOf(file))
       box.extend(point.getVector3fMap());
     return box.sizes().maxCoeff();
   };
-  const nlohmann::json open = reconstruct("tunnel-ends-capped/tunnel.ply");
+  const nlohmann::json open = reconstruct(tunnel);
   EXPECT_EQ(open["mesh"]["boundaryLoops"], 2);
-  EXPECT_NEAR(lengthOf(verticesOf<pcl::PointXYZ>(path("field.ply"))), lengthOf(points), .8);
-  const nlohmann::json closed = reconstruct("tunnel-ends-capped/tunnel.ply", {"--watertight"});
+  EXPECT_NEAR(lengthOf(path("field.ply")), lengthOf(input(tunnel)), .8);
+  const nlohmann::json closed = reconstruct(tunnel, {"--watertight"});
   EXPECT_EQ(closed["mesh"]["boundaryLoops"], 0);
-  EXPECT_NEAR(lengthOf(verticesOf<pcl::PointXYZ>(path("field.ply"))), lengthOf(points), 1.3);
+  EXPECT_NEAR(lengthOf(path("field.ply")), lengthOf(input(tunnel)), 1.3);
 }
 
 TEST_F(Field, NoSurfaceStandsWhereASensorSawThrough)
@@ -152,8 +150,7 @@ TEST_F(Field, NoSurfaceStandsWhereASensorSawThrough)
   reconstruct(folder + "rooms.ply",
               {"--sensors", input(folder + "sensors.txt"), "--views", input(folder + "views.txt")});
   // A balloon once stood in the middle of both rooms, .8 from all walls.
-  pcl::PointCloud<pcl::PointXYZ> points, vertices = verticesOf<pcl::PointXYZ>(path("field.ply"));
-  ASSERT_EQ(pcl::io::loadPLYFile(input(folder + "rooms.ply"), points), 0);
+  const auto points = pointsOf(input(folder + "rooms.ply")), vertices = pointsOf(path("field.ply"));
   ASSERT_GT(vertices.size(), 20000U);
   for (std::size_t v = 0; v < vertices.size(); v += 7) {
     float nearest = std::numeric_limits<float>::infinity();
