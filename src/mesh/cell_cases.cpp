@@ -46,55 +46,6 @@ int facesOf(const CellEdge& edge)
   return faces;
 }
 
-/// Triangulates loops by dynamic programming.
-class LoopTriangulation {
-public:
-  LoopTriangulation(std::size_t size, const DiagonalCost& costOf)
-      : size_(size), cost_(size * size, 0), apex_(size * size, 0)
-  {
-    for (std::size_t span = 2; span < size_; ++span)
-      for (std::size_t first = 0; first + span < size_; ++first)
-        chooseApex(first, first + span, span + 1 < size_ ? costOf(first, first + span) : 0);
-  }
-
-  LoopTriangles triangles() const
-  {
-    LoopTriangles result;
-    if (cost_[size_ - 1] < std::numeric_limits<double>::infinity())
-      append(0, size_ - 1, result);
-    return result;
-  }
-
-private:
-  /// Finds the cheapest triangulation of the vertices first..last, which the diagonal between these two cuts off.
-  void chooseApex(std::size_t first, std::size_t last, double costOfDiagonal)
-  {
-    double best = std::numeric_limits<double>::infinity();
-    for (std::size_t apex = first + 1; apex < last; ++apex) {
-      const double cost = cost_[first * size_ + apex] + cost_[apex * size_ + last];
-      if (cost < best) {
-        best = cost;
-        apex_[first * size_ + last] = apex;
-      }
-    }
-    cost_[first * size_ + last] = best + costOfDiagonal;
-  }
-
-  void append(std::size_t first, std::size_t last, LoopTriangles& triangles) const
-  {
-    if (last - first < 2)
-      return;
-    const std::size_t apex = apex_[first * size_ + last];
-    append(first, apex, triangles);
-    triangles.push_back({first, apex, last});
-    append(apex, last, triangles);
-  }
-
-  std::size_t size_;
-  std::vector<double> cost_;
-  std::vector<std::size_t> apex_;
-};
-
 /// Triangulates a loop with short diagonals, measured between the midpoints of the cube's edges; none is in a face.
 void appendTriangles(const CellTable& table, const Loop& loop, std::vector<std::array<std::uint8_t, 3>>& triangles)
 {
@@ -175,7 +126,33 @@ std::array<int, 4> faceCorners(int axis, int side)
 
 LoopTriangles triangulateLoop(std::size_t size, const DiagonalCost& costOf)
 {
-  return LoopTriangulation(size, costOf).triangles();
+  // By dynamic programming: the cheapest triangulations of the vertices first..last, which the diagonal between these
+  // two cuts off, for longer and longer spans.
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  std::vector<double> costs(size * size, 0);
+  std::vector<std::size_t> apexes(size * size, 0);
+  for (std::size_t span = 2; span < size; ++span)
+    for (std::size_t first = 0, last = span; last < size; ++first, ++last) {
+      double best = infinity;
+      for (std::size_t apex = first + 1; apex < last; ++apex)
+        if (const double cost = costs[first * size + apex] + costs[apex * size + last]; cost < best) {
+          best = cost;
+          apexes[first * size + last] = apex;
+        }
+      costs[first * size + last] = best + (span + 1 < size ? costOf(first, last) : 0);
+    }
+  LoopTriangles triangles;
+  const std::function<void(std::size_t, std::size_t)> append = [&](std::size_t first, std::size_t last) {
+    if (last - first < 2)
+      return;
+    const std::size_t apex = apexes[first * size + last];
+    append(first, apex);
+    triangles.push_back({first, apex, last});
+    append(apex, last);
+  };
+  if (costs[size - 1] < infinity)
+    append(0, size - 1);
+  return triangles;
 }
 
 const CellTable& cubeTable()
