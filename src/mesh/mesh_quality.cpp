@@ -15,29 +15,13 @@ namespace {
 
 constexpr double degenerateQuality = 1e-6;
 
-/// The positions of a triangle's corners in double precision.
-struct Corners {
-  Eigen::Vector3d a, b, c;
-
-  Corners(const Eigen::Vector3f& first, const Eigen::Vector3f& second, const Eigen::Vector3f& third)
-      : a(first.cast<double>()), b(second.cast<double>()), c(third.cast<double>())
-  {}
-
-  Corners(const TriangleMesh& mesh, const Triangle& t)
-      : Corners(mesh.vertices[t[0]], mesh.vertices[t[1]], mesh.vertices[t[2]])
-  {}
-
-  double area() const { return (b - a).cross(c - a).norm() / 2; }
-  double volume() const { return a.dot(b.cross(c)) / 6; }
-
-  /// 2 · inradius / circumradius. With the area A, the sides' product p and half their sum s, these are A/s and p/(4A).
-  double quality() const
-  {
-    const double sideA = (b - c).norm(), sideB = (c - a).norm(), sideC = (a - b).norm(), twice = 2 * area();
-    const double value = 4 * twice * twice / ((sideA + sideB + sideC) * sideA * sideB * sideC);
-    return std::isfinite(value) ? std::min(value, 1.) : 0;
-  }
-};
+/// 2 · inradius / circumradius. With the area A, the sides' product p and half their sum s, these are A/s and p/(4A).
+double qualityOf(const TriangleCorners& t)
+{
+  const double sideA = (t.b - t.c).norm(), sideB = (t.c - t.a).norm(), sideC = (t.a - t.b).norm(), twice = 2 * t.area();
+  const double value = 4 * twice * twice / ((sideA + sideB + sideC) * sideA * sideB * sideC);
+  return std::isfinite(value) ? std::min(value, 1.) : 0;
+}
 
 /// Sums over triangles.
 struct TriangleSums {
@@ -48,13 +32,13 @@ struct TriangleSums {
   {
     double triangleQuality = 0;
     if (hasValidIndices(mesh, t)) {
-      const Corners corners(mesh, mesh.triangles[t]);
+      const TriangleCorners corners(mesh, mesh.triangles[t]);
       const double triangleArea = corners.area();
       if (std::isfinite(triangleArea)) {
         area += triangleArea;
-        volume += corners.volume();
+        volume += corners.a.dot(corners.b.cross(corners.c)) / 6;
         squaredArea += triangleArea * triangleArea;
-        triangleQuality = corners.quality();
+        triangleQuality = qualityOf(corners);
       }
     }
     quality += triangleQuality;
@@ -214,7 +198,7 @@ std::int64_t countLoops(std::vector<std::int32_t> sides, const std::vector<std::
 
 double triangleQuality(const Eigen::Vector3f& a, const Eigen::Vector3f& b, const Eigen::Vector3f& c)
 {
-  return Corners(a, b, c).quality();
+  return qualityOf({a, b, c});
 }
 
 MeshStatistics measure(const TriangleMesh& mesh)

@@ -26,12 +26,27 @@ inline bool hasValidIndices(const TriangleMesh& mesh, std::size_t triangle)
   return inside(t[0]) && inside(t[1]) && inside(t[2]) && t[0] != t[1] && t[1] != t[2] && t[2] != t[0];
 }
 
+/// The positions of a triangle's corners in double precision.
+struct TriangleCorners {
+  Eigen::Vector3d a, b, c;
+
+  TriangleCorners(const Eigen::Vector3f& first, const Eigen::Vector3f& second, const Eigen::Vector3f& third)
+      : a(first.cast<double>()), b(second.cast<double>()), c(third.cast<double>())
+  {}
+  /// \pre hasValidIndices
+  TriangleCorners(const TriangleMesh& mesh, const Triangle& t)
+      : TriangleCorners(mesh.vertices[t[0]], mesh.vertices[t[1]], mesh.vertices[t[2]])
+  {}
+
+  /// The normal; its length is twice the area.
+  Eigen::Vector3d cross() const { return (b - a).cross(c - a); }
+  double area() const { return cross().norm() / 2; }
+};
+
 /// \pre hasValidIndices
 inline double areaOf(const TriangleMesh& mesh, const Triangle& corners)
 {
-  const Eigen::Vector3d a = mesh.vertices[corners[0]].cast<double>(), b = mesh.vertices[corners[1]].cast<double>(),
-                        c = mesh.vertices[corners[2]].cast<double>();
-  return (b - a).cross(c - a).norm() / 2;
+  return TriangleCorners(mesh, corners).area();
 }
 
 /// Calls body(t) for all triangles, concurrently.

@@ -5,6 +5,7 @@
 
 #include "base/loops.h"
 #include "base/select_values.h"
+#include "mesh/mesh_topology.h"
 
 #include <Eigen/Geometry>
 
@@ -22,10 +23,7 @@ std::vector<Eigen::Vector3d> triangleNormals(const TriangleMesh& mesh)
 {
   std::vector<Eigen::Vector3d> normals(mesh.vertices.size(), Eigen::Vector3d::Zero());
   for (const Triangle& t : mesh.triangles) {
-    const auto position = [&](std::size_t corner) -> Eigen::Vector3d {
-      return mesh.vertices[t[corner]].cast<double>();
-    };
-    const Eigen::Vector3d normal = (position(1) - position(0)).cross(position(2) - position(0));
+    const Eigen::Vector3d normal = TriangleCorners(mesh, t).cross();
     for (const std::int32_t v : t)
       normals[v] += normal;
   }

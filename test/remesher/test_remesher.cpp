@@ -78,9 +78,7 @@ Vector3d middleOf(const TriangleMesh& mesh, const Triangle& t)
 
 Vector3d normalOf(const TriangleMesh& mesh, const Triangle& t)
 {
-  const Vector3d a = mesh.vertices[t[0]].cast<double>(), b = mesh.vertices[t[1]].cast<double>(),
-                 c = mesh.vertices[t[2]].cast<double>();
-  return (b - a).cross(c - a).normalized();
+  return TriangleCorners(mesh, t).cross().normalized();
 }
 
 using Border = std::map<std::int32_t, std::int32_t>;
@@ -179,9 +177,9 @@ TEST(Remesher, TrianglesCutOffAsMuchAsTheyAdd)
   const double meanEdge = measure(result.mesh).meanEdge, sagitta = meanEdge * meanEdge / (8 * radius);
   double area = 0, sum = 0, squares = 0;
   for (const Triangle& t : result.mesh.triangles) {
-    const Vector3d a = result.mesh.vertices[t[0]].cast<double>(), b = result.mesh.vertices[t[1]].cast<double>(),
-                   c = result.mesh.vertices[t[2]].cast<double>();
-    const double weight = (b - a).cross(c - a).norm();
+    const TriangleCorners corners(result.mesh, t);
+    const auto& [a, b, c] = corners;
+    const double weight = corners.area();
     constexpr int parts = 8; // along a side
     for (int i = 0; i < parts; ++i)
       for (int j = 0; i + j < parts; ++j) {
@@ -422,9 +420,7 @@ double meanDistance(const TriangleMesh& mesh, const shapes::Sdf& sdf)
 {
   double sum = 0, area = 0;
   for (const Triangle& t : mesh.triangles) {
-    const Vector3d a = mesh.vertices[t[0]].cast<double>(), b = mesh.vertices[t[1]].cast<double>(),
-                   c = mesh.vertices[t[2]].cast<double>();
-    const double own = (b - a).cross(c - a).norm();
+    const double own = areaOf(mesh, t);
     sum += own * std::abs(sdf(middleOf(mesh, t)));
     area += own;
   }
