@@ -140,6 +140,22 @@ bool HalfEdgeMesh::adjacent(std::int32_t v, std::int32_t w) const
   return found;
 }
 
+template <typename Visit>
+void HalfEdgeMesh::forVertexArrays(const Visit& visit)
+{
+  const Eigen::Vector3f zero = Eigen::Vector3f::Zero();
+  visit(positions, zero);
+  visit(normals, zero);
+  visit(pinned, std::uint8_t{0});
+  visit(changed, std::uint8_t{0});
+  visit(sizing, 1.f);
+  if (!places.empty())
+    visit(places, -1.);
+  if (!numbers.empty())
+    visit(numbers, -1);
+  visit(valence, 0);
+}
+
 HalfEdgeMesh::Room HalfEdgeMesh::makeRoom(std::int32_t splits)
 {
   const Room room{vertexCount(), halfEdgeCount()};
@@ -148,18 +164,9 @@ HalfEdgeMesh::Room HalfEdgeMesh::makeRoom(std::int32_t splits)
     values.reserve(size); // exactly: a vector that grows by itself takes up to twice its size
     values.resize(size, value);
   };
-  grow(positions, vertices, Eigen::Vector3f(Eigen::Vector3f::Zero()));
-  grow(normals, vertices, Eigen::Vector3f(Eigen::Vector3f::Zero()));
-  grow(pinned, vertices, std::uint8_t{0});
-  grow(changed, vertices, std::uint8_t{0});
-  grow(sizing, vertices, 1.f);
-  if (!places.empty())
-    grow(places, vertices, -1.);
-  if (!numbers.empty())
-    grow(numbers, vertices, -1);
+  forVertexArrays([&](auto& values, const auto& value) { grow(values, vertices, value); });
   grow(regions, vertices, std::uint16_t{0});
   grow(outgoing, vertices, -1);
-  grow(valence, vertices, 0);
   grow(origin, halfEdges, -1);
   grow(twin, halfEdges, -1);
   return room;
@@ -410,27 +417,19 @@ void HalfEdgeMesh::compact(Execution& execution)
   });
   origin.swap(newOrigin);
   twin.swap(newTwin);
-  const auto reorder = [&](auto& values, const auto& convert) {
+  const auto reorder = [&](auto& values, const auto&) {
     std::decay_t<decltype(values)> moved(order.size());
-    forEach(execution, order.size(), renumberingGrain, [&](std::size_t n) { moved[n] = convert(values[order[n]]); });
+    forEach(execution, order.size(), renumberingGrain, [&](std::size_t n) { moved[n] = values[order[n]]; });
     values.swap(moved);
   };
-  const auto same = [](const auto& value) { return value; };
-  reorder(positions, same);
-  reorder(normals, same);
-  reorder(pinned, same);
-  reorder(changed, same);
-  reorder(sizing, same);
-  if (!places.empty())
-    reorder(places, same);
-  if (!numbers.empty())
-    reorder(numbers, same);
-  reorder(valence, same);
-  reorder(outgoing, renumber);
+  forVertexArrays(reorder);
+  reorder(outgoing, -1);
   const std::int32_t vertices = regionSize(vertexCount());
   regions.resize(positions.size());
-  forEach<std::int32_t>(execution, vertexCount(), renumberingGrain,
-                        [&](std::int32_t v) { regions[v] = static_cast<std::uint16_t>(v / vertices); });
+  forEach<std::int32_t>(execution, vertexCount(), renumberingGrain, [&](std::int32_t v) {
+    regions[v] = static_cast<std::uint16_t>(v / vertices);
+    outgoing[v] = renumber(outgoing[v]);
+  });
 }
 
 TriangleMesh HalfEdgeMesh::toTriangles() const
@@ -438,8 +437,8 @@ TriangleMesh HalfEdgeMesh::toTriangles() const
   TriangleMesh mesh;
   mesh.vertices = positions;
   mesh.triangles.reserve(origin.size() / 3);
-  for (std::size_t h = 0; h < origin.size(); h += 3)
-    mesh.triangles.push_back({origin[h], origin[h + 1], origin[h + 2]});
+  for (std::int32_t t = 0; 3 * t < halfEdgeCount(); ++t)
+    mesh.triangles.push_back(triangle(t));
   return mesh;
 }
 

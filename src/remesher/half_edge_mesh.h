@@ -164,6 +164,9 @@ struct HalfEdgeMesh {
   TriangleMesh toTriangles() const;
 
 private:
+  /// Calls visit(values, value of a new vertex) for what vertices have besides their regions and half-edges.
+  template <typename Visit>
+  void forVertexArrays(const Visit& visit);
   int commonNeighbors(std::int32_t v, std::int32_t w) const;
   void link(std::int32_t g, std::int32_t h);
   void replaceOutgoing(std::int32_t vertex, std::int32_t former, std::int32_t h);

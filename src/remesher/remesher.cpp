@@ -69,23 +69,16 @@ RemeshedSurface prepared(const MeshPiece& piece, const RemeshPlan& plan, const Z
   return surface;
 }
 
-/// The vertices before a pass that moves them.
-struct FormerVertices {
-  std::vector<Vector3f> positions, normals;
-  std::vector<double> places;
+/// The sites of the vertices before a pass that moves them.
+using FormerSites = std::vector<Site>;
 
-  explicit FormerVertices(const HalfEdgeMesh& mesh)
-      : positions(mesh.positions), normals(mesh.normals), places(mesh.places)
-  {}
-
-  void set(std::int32_t v, const HalfEdgeMesh& mesh)
-  {
-    positions[v] = mesh.positions[v];
-    normals[v] = mesh.normals[v];
-    if (!places.empty())
-      places[v] = mesh.places[v];
-  }
-};
+FormerSites sitesOf(const RemeshedSurface& surface)
+{
+  FormerSites sites(surface.mesh.positions.size());
+  for (std::int32_t v = 0; v < surface.mesh.vertexCount(); ++v)
+    sites[v] = surface.site(v);
+  return sites;
+}
 
 /// One remeshing run: the order of the passes.
 class Remesher {
@@ -134,7 +127,7 @@ private:
     splitLongEdges(surface_, execution_);
     collapseShortEdges(surface_, execution_);
     flipEdges(surface_, execution_);
-    FormerVertices former(surface_.mesh);
+    FormerSites former = sitesOf(surface_);
     relax(surface_, execution_);
     const std::vector<std::int32_t> left = takeBackWhatIntersects(former, watch);
     if (!left.empty() && watch.place() == IntersectionWatch::Place::expected)
@@ -156,14 +149,14 @@ private:
 
   void fit()
   {
-    FormerVertices former(surface_.mesh);
+    FormerSites former = sitesOf(surface_);
     fitToSurface(surface_, execution_);
     takeBackWhatIntersects(former, watch_);
   }
 
   /// Moves the vertices of intersecting triangles back, and undoes the operations on triangles that still intersect,
   /// until none does. \return intersecting triangles that neither has changed
-  std::vector<std::int32_t> takeBackWhatIntersects(FormerVertices& former, const IntersectionWatch& watch)
+  std::vector<std::int32_t> takeBackWhatIntersects(FormerSites& former, const IntersectionWatch& watch)
   {
     HalfEdgeMesh& mesh = surface_.mesh;
     while (true) {
@@ -177,7 +170,7 @@ private:
     }
   }
 
-  void undo(const OperationLog::Choice& choice, FormerVertices& former)
+  void undo(const OperationLog::Choice& choice, FormerSites& former)
   {
     takeBack(cornersOf(choice.triangles), former);
     const OperationLog::Counts undone = OperationLog::undo(choice, surface_.logs, surface_.mesh);
@@ -188,7 +181,7 @@ private:
     const std::vector<std::int32_t> corners = cornersOf(choice.triangles);
     undone_.insert(undone_.end(), corners.begin(), corners.end());
     for (const std::int32_t v : corners)
-      former.set(v, surface_.mesh);
+      former[v] = surface_.site(v);
     std::vector<std::int32_t> around;
     for (const std::int32_t v : corners)
       addCornersOfBad(v, around);
@@ -216,7 +209,7 @@ private:
 
   /// Moves vertices back to where they were, and the other corners of triangles that are bad then.
   /// \return false if none had moved
-  bool takeBack(std::vector<std::int32_t> toReturn, const FormerVertices& former)
+  bool takeBack(std::vector<std::int32_t> toReturn, const FormerSites& former)
   {
     bool hasMoved = false;
     Poller poll(execution_);
@@ -224,10 +217,10 @@ private:
       const std::int32_t v = toReturn.back();
       toReturn.pop_back();
       poll();
-      if (surface_.mesh.positions[v] == former.positions[v])
+      if (surface_.mesh.positions[v] == former[v].corner.position)
         continue;
       hasMoved = true;
-      surface_.moveTo(v, {{former.positions[v], former.normals[v]}, former.places.empty() ? -1 : former.places[v]});
+      surface_.moveTo(v, former[v]);
       ++surface_.result.refusedOperations;
       addCornersOfBad(v, toReturn);
     }
@@ -239,7 +232,7 @@ private:
   {
     for (int attempt = 0; attempt < maxAttempts; ++attempt) {
       decimate(surface_, options_.triangles, execution_);
-      FormerVertices former(surface_.mesh);
+      FormerSites former = sitesOf(surface_);
       takeBackWhatIntersects(former, everywhere_);
       const bool isDone = undone_.empty();
       for (const std::int32_t v : undone_) // else the next attempt would fail in the same way
