@@ -11,6 +11,7 @@
 #include <atomic>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <sstream>
 
 namespace pcl::mrf {
@@ -273,10 +274,9 @@ void VoxelSet::build(GridSize size, const std::function<Fill()>& makeFill, int r
                      Execution& execution)
 {
   size_ = size;
-  const auto rows = static_cast<std::size_t>(size.y) * static_cast<std::size_t>(size.z);
   requireCountable(size);
   std::vector<std::vector<Run>> planes(size.z);
-  std::vector<std::uint32_t> runsInRow(rows, 0);
+  rowBegin_.assign(std::int64_t{size.y} * size.z + 1, 0);
   planeFirst_.assign(size.z + 1, 0);
   execution.forRange(size.z, pieceSize, [&](int begin, int end) {
     MaskPlane mask(size);
@@ -289,7 +289,7 @@ void VoxelSet::build(GridSize size, const std::function<Fill()>& makeFill, int r
       for (int y = 0; y < size.y; ++y) {
         const std::size_t before = runs.size();
         values = addRow(mask, y, roundUpTo, values, runs);
-        runsInRow[y + std::int64_t{size.y} * z] = static_cast<std::uint32_t>(runs.size() - before);
+        rowBegin_[y + std::int64_t{size.y} * z + 1] = static_cast<std::uint32_t>(runs.size() - before);
       }
       planeFirst_[z + 1] = values;
     }
@@ -305,9 +305,7 @@ void VoxelSet::build(GridSize size, const std::function<Fill()>& makeFill, int r
     throw ResourceLimit("a band of " + std::to_string(planeFirst_.back()) + " voxels has " + std::to_string(total) +
                         " runs, more than 32-bit numbers count; choose a larger voxel size");
   runs_ = joined(std::move(planes));
-  rowBegin_.assign(rows + 1, 0);
-  for (std::size_t r = 0; r < rows; ++r)
-    rowBegin_[r + 1] = rowBegin_[r] + runsInRow[r];
+  std::partial_sum(rowBegin_.begin(), rowBegin_.end(), rowBegin_.begin());
   for (bottom_ = 0; bottom_ < size.z && planeCount(bottom_) == 0;)
     ++bottom_;
   for (top_ = size.z; top_ > bottom_ && planeCount(top_ - 1) == 0;)

@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <atomic>
 #include <limits>
+#include <numeric>
 #include <string>
 #include <utility>
 
@@ -120,12 +121,9 @@ private:
 /// Replaces counts by the sums of those before them. \return the total
 std::int64_t accumulate(std::vector<std::int64_t>& counts, const char* what)
 {
-  std::int64_t total = 0;
-  for (std::int64_t& count : counts) {
-    const std::int64_t before = total;
-    total += count;
-    count = before;
-  }
+  const std::int64_t last = counts.back();
+  std::exclusive_scan(counts.begin(), counts.end(), counts.begin(), std::int64_t{0});
+  const std::int64_t total = counts.back() + last;
   // The three sides of each triangle are numbered as well.
   if (total > std::numeric_limits<std::int32_t>::max() / 3)
     throw ResourceLimit("the zero level has " + std::to_string(total) + ' ' + what +
@@ -186,9 +184,7 @@ private:
   template <typename Body>
   void forPieces(const Body& body)
   {
-    execution_.forRange(size_.z, piecePlanes, [&](std::int64_t begin, std::int64_t end) {
-      body(PlaneRange{static_cast<int>(begin), static_cast<int>(end)});
-    });
+    execution_.forRange(size_.z, piecePlanes, [&](int begin, int end) { body(PlaneRange{begin, end}); });
     execution_.poll();
   }
 

@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <array>
 #include <limits>
+#include <numeric>
 
 namespace pcl::mrf {
 namespace {
@@ -374,8 +375,7 @@ private:
   void fill()
   {
     // Finds the bins of each triangle in parallel, then sorts the entries by bin in one serial pass.
-    for (std::size_t t = 0; t < boxes_.size(); ++t)
-      first_[t + 1] += first_[t];
+    std::partial_sum(first_.begin(), first_.end(), first_.begin());
     const std::size_t total = first_.back();
     std::vector<std::uint32_t> binOfEntry(total);
     std::vector<std::uint8_t> offsetOfEntry(total);
@@ -398,8 +398,7 @@ private:
     begin_.assign(mask_ + 3, 0);
     for (const std::uint32_t bin : binOfEntry)
       ++begin_[bin + 2];
-    for (std::size_t bin = 0; bin <= mask_ + 1; ++bin)
-      begin_[bin + 1] += begin_[bin];
+    std::partial_sum(begin_.begin(), begin_.end(), begin_.begin());
     entries_.resize(binOfEntry.size());
     offsets_.resize(binOfEntry.size());
     Poller poll(execution_);

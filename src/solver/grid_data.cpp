@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <numeric>
 
 namespace pcl::mrf {
 namespace {
@@ -133,8 +134,7 @@ std::vector<std::size_t> layersOf(const std::vector<PointSample>& samples, const
   std::vector<std::size_t> begin(grid.z + 1, 0);
   for (const PointSample& sample : samples)
     ++begin[floorOf(sample.position.z()) + gridMargin + 1];
-  for (std::size_t layer = 1; layer < begin.size(); ++layer)
-    begin[layer] += begin[layer - 1];
+  std::partial_sum(begin.begin(), begin.end(), begin.begin());
   return begin;
 }
 
