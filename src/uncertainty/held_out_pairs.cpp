@@ -124,13 +124,11 @@ private:
       box.extend(first);
       box.extend(second);
     }
-    Lattice lattice;
     const Eigen::Array3i size =
         (box.sizes().cast<double>().array() / voxelSize).ceil().cast<int>() + static_cast<int>(2 * margin) + 1;
-    lattice.size = {size.x(), size.y(), size.z()};
-    lattice.spacing = voxelSize;
-    lattice.origin = box.min().cast<double>() - Eigen::Vector3d::Constant(margin * voxelSize);
-    return lattice;
+    return {{size.x(), size.y(), size.z()},
+            box.min().cast<double>() - Eigen::Vector3d::Constant(margin * voxelSize),
+            voxelSize};
   }
 
   OrientedPoints seen_;

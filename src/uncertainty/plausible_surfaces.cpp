@@ -7,7 +7,6 @@
 #include <Eigen/Geometry>
 
 #include <cmath>
-#include <limits>
 #include <utility>
 
 namespace pcl::mrf {
@@ -38,10 +37,7 @@ public:
       : draws_(draws), mesh_(mesh), execution_(execution), factors_(mesh.vertices.size(), 0),
         offsets_(mesh.vertices.size(), 0)
   {
-    std::vector<BoundingBox> volumes;
-    for (const PieceDraws& piece : draws)
-      volumes.push_back(piece.volume);
-    vertices_ = nearestVolumes(mesh.vertices, volumes);
+    vertices_ = verticesOf(draws, mesh.vertices);
     const auto shared = static_cast<float>(std::abs(offset));
     forVertices([&](const PieceDraws& piece, std::size_t v) { setFactors(piece.draws, shared, v); });
   }
@@ -180,27 +176,6 @@ private:
 double studentHalfWidth(double freedom)
 {
   return boost::math::quantile(boost::math::students_t(freedom), .975);
-}
-
-std::vector<std::vector<std::int32_t>> nearestVolumes(const std::vector<Eigen::Vector3f>& vertices,
-                                                      const std::vector<BoundingBox>& volumes)
-{
-  std::vector<std::vector<std::int32_t>> result(volumes.size());
-  for (std::size_t v = 0; v < vertices.size(); ++v) {
-    const Eigen::Vector3f& at = vertices[v];
-    std::size_t best = 0;
-    float least = std::numeric_limits<float>::infinity();
-    for (std::size_t n = 0; n < volumes.size(); ++n) {
-      const BoundingBox& box = volumes[n];
-      const float distance = (at - at.cwiseMax(box.lower).cwiseMin(box.upper)).squaredNorm();
-      if (distance < least) {
-        least = distance;
-        best = n;
-      }
-    }
-    result[best].push_back(static_cast<std::int32_t>(v));
-  }
-  return result;
 }
 
 std::vector<std::vector<float>> samplePlausibleSurfaces(const std::vector<PieceDraws>& draws, double offset,

@@ -37,9 +37,23 @@ inline double meanBulge(const std::array<Eigen::Vector3d, 3>& corners, const std
 /// Half of the width of a 95 % interval, in standard deviations, by Student's t: 1.96 for many degrees of freedom.
 double studentHalfWidth(double freedom);
 
-/// For each volume, the vertices that are in it or nearest to it.
-std::vector<std::vector<std::int32_t>> nearestVolumes(const std::vector<Eigen::Vector3f>& vertices,
-                                                      const std::vector<BoundingBox>& volumes);
+/// For each piece, the vertices that are in its volume or nearest to it. \pre there are pieces
+template <typename Piece>
+std::vector<std::vector<std::int32_t>> verticesOf(const std::vector<Piece>& pieces,
+                                                  const std::vector<Eigen::Vector3f>& vertices)
+{
+  std::vector<std::vector<std::int32_t>> result(pieces.size());
+  for (std::size_t v = 0; v < vertices.size(); ++v) {
+    const Eigen::Vector3f& at = vertices[v];
+    const auto distanceTo = [&](const Piece& piece) {
+      return (at - at.cwiseMax(piece.volume.lower).cwiseMin(piece.volume.upper)).squaredNorm();
+    };
+    const auto nearest = std::min_element(
+        pieces.begin(), pieces.end(), [&](const Piece& a, const Piece& b) { return distanceTo(a) < distanceTo(b); });
+    result[nearest - pieces.begin()].push_back(static_cast<std::int32_t>(v));
+  }
+  return result;
+}
 
 /// A mesh with normals and sigmas.
 struct SampledMesh {

@@ -341,10 +341,7 @@ UncertaintyReport estimateUncertainty(const std::vector<SolvedPiece>& pieces, co
   report.isComputed = true;
   report.samples = numberOfDraws(options.uncertainty);
   std::vector<Evidence> evidence(mesh.vertices.size());
-  std::vector<BoundingBox> volumes;
-  for (const SolvedPiece& piece : pieces)
-    volumes.push_back(piece.volume);
-  const std::vector<std::vector<std::int32_t>> vertices = nearestVolumes(mesh.vertices, volumes);
+  const std::vector<std::vector<std::int32_t>> vertices = verticesOf(pieces, mesh.vertices);
   std::vector<PieceEvidence> ofPieces;
   const auto spacing = static_cast<float>(run.density.spacing);
   constexpr std::uint64_t step = std::uint64_t{1} << 32; // pieces err independently, also on equal grids
