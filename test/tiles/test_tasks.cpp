@@ -38,8 +38,11 @@ struct Outcome {
   int tiles = 0, iterations = 0;
 };
 
-void reconstruct(const PointSet& points, float spacing, const EdgeSizing& sizes, Execution& execution, Outcome& result)
+/// \param sizes a growth of the edges in an open mesh, or none
+Outcome outcomeOf(const PointSet& points, float spacing, const EdgeSizing& sizes, TaskRunner* tasks, int threads = 1)
 {
+  Execution execution(threads);
+  execution.setTasks(tasks);
   const OrientedPoints oriented = shapes::oriented(points);
   const auto search = clouds::searchOf(points);
   Options options;
@@ -48,6 +51,7 @@ void reconstruct(const PointSet& points, float spacing, const EdgeSizing& sizes,
   MultiscaleResult levels =
       regularize({&oriented, search.get(), boundingBox(oriented.positions)}, spacing, options, execution, 4);
   TriangleMesh raw = polygonize(levels.field, execution);
+  Outcome result;
   result.tiles = levels.levels.back().tiles;
   result.iterations = levels.levels.back().solve.iterations;
   for (const Eigen::Vector3f& vertex : raw.vertices)
@@ -60,15 +64,12 @@ void reconstruct(const PointSet& points, float spacing, const EdgeSizing& sizes,
       sizing.push_back(vertex.z() > 0 ? 1 + sizes.front() * vertex.z() : 1);
   }
   result.mesh = remesh(raw, levels.field, sizing, options.remesher, execution, 4000).mesh;
+  return result;
 }
 
 Outcome outcome(TaskRunner* tasks, int threads = 1)
 {
-  Execution execution(threads);
-  execution.setTasks(tasks);
-  Outcome result;
-  reconstruct(shapes::sample(shapes::torus(1, .4), 1.6, .03), .03f, {}, execution, result);
-  return result;
+  return outcomeOf(shapes::sample(shapes::torus(1, .4), 1.6, .03), .03f, {}, tasks, threads);
 }
 
 /// With all that tasks may depend on: a sheet that was missed at first, borders, edges of several lengths.
@@ -76,11 +77,7 @@ Outcome outcomeOfPlate(TaskRunner* tasks)
 {
   PointSet points = shapes::sample(shapes::box({.5, .02, 1}), 1.2, .015);
   shapes::addNoise(points, .03);
-  Execution execution(1);
-  execution.setTasks(tasks);
-  Outcome result;
-  reconstruct(points, .015f, {.5f}, execution, result);
-  return result;
+  return outcomeOf(points, .015f, {.5f}, tasks);
 }
 
 void expectSame(const Outcome& here, const Outcome& there)
