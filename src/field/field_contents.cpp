@@ -56,8 +56,8 @@ FieldContents FieldContents::ofPiece(const DistanceField& piece, const Eigen::Al
   contents.values.reserve(contents.band.count());
   for (int z = contents.band.bottom(); z < contents.band.top(); ++z)
     forEachPair(contents.band, banded.band, z, [&](std::int64_t, std::int64_t first, std::int64_t count) {
-      const auto values = banded.values.begin() + first;
-      contents.values.insert(contents.values.end(), values, values + count);
+      const auto from = banded.values.begin() + first;
+      contents.values.insert(contents.values.end(), from, from + count);
     });
   return contents;
 }

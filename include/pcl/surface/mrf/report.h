@@ -296,7 +296,7 @@ struct Report {
 
   std::vector<StageTime> times;   ///< in the order they ran
   double seconds = 0;             ///< wall clock of the whole run
-  std::size_t predictedBytes = 0; ///< predicted bytes of the levels, see predictedMemory; the largest of all pieces
+  std::size_t predictedBytes = 0; ///< predicted peak bytes of the levels; the largest of all pieces
   std::size_t peakBytes = 0;      ///< peak resident memory of the process
   int threads = 1;
 };
