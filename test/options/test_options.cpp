@@ -285,31 +285,24 @@ TEST(OptionTable, AtMostFortyTwoOptions)
 TEST(OptionTable, MessagesAreShownInTheWordsOfTheirReaders)
 {
   using pcl::mrf::OptionNaming;
-  const auto shown = [](const char* message) {
-    return std::vector<std::string>{withOptionNames(message, OptionNaming::members),
-                                    withOptionNames(message, OptionNaming::flags),
-                                    withOptionNames(message, OptionNaming::setters)};
+  const auto expectShown = [](const char* message, const char* withFlags, const char* withSetters) {
+    EXPECT_EQ(withOptionNames(message, OptionNaming::members), message);
+    EXPECT_EQ(withOptionNames(message, OptionNaming::flags), withFlags);
+    EXPECT_EQ(withOptionNames(message, OptionNaming::setters), withSetters);
   };
-  using Texts = std::vector<std::string>;
-  EXPECT_EQ(shown("prior.beta = 2 is outside its range [0, 1)"),
-            (Texts{"prior.beta = 2 is outside its range [0, 1)", "--beta 2 is outside its range [0, 1)",
-                   "setBeta(2) is outside its range [0, 1)"}));
-  EXPECT_EQ(
-      shown("5 of 9 stand alone (outliers.alone); allow more (solver.maxIterations)."),
-      (Texts{"5 of 9 stand alone (outliers.alone); allow more (solver.maxIterations).",
-             "5 of 9 stand alone (--alone-filter); allow more (--max-iterations).",
-             "5 of 9 stand alone (outliers.alone of setOptions); allow more (solver.maxIterations of setOptions)."}));
-  EXPECT_EQ(shown("give RawCloud::sensors, or colors = sigma: colors of the unit"),
-            (Texts{"give RawCloud::sensors, or colors = sigma: colors of the unit",
-                   "give --sensor, or --color sigma: colors of the unit",
-                   "give setSensorPosition, or setColorMode(sigma): colors of the unit"}));
-  EXPECT_EQ(shown("a.prior.beta, prior.betas and prior.beta."),
-            (Texts{"a.prior.beta, prior.betas and prior.beta.", "a.prior.beta, prior.betas and --beta.",
-                   "a.prior.beta, prior.betas and setBeta."}));
-  EXPECT_EQ(shown("noiseField, observation.noiseModel = tof:1,2 is known"),
-            (Texts{"noiseField, observation.noiseModel = tof:1,2 is known",
-                   "--noise-field, --noise-model tof:1,2 is known", "setNoiseField, setNoiseModel tof:1,2 is known"}));
-  EXPECT_EQ(shown(""), (Texts{"", "", ""}));
+  expectShown("prior.beta = 2 is outside its range [0, 1)", "--beta 2 is outside its range [0, 1)",
+              "setBeta(2) is outside its range [0, 1)");
+  expectShown("5 of 9 stand alone (outliers.alone); allow more (solver.maxIterations).",
+              "5 of 9 stand alone (--alone-filter); allow more (--max-iterations).",
+              "5 of 9 stand alone (outliers.alone of setOptions); allow more (solver.maxIterations of setOptions).");
+  expectShown("give RawCloud::sensors, or colors = sigma: colors of the unit",
+              "give --sensor, or --color sigma: colors of the unit",
+              "give setSensorPosition, or setColorMode(sigma): colors of the unit");
+  expectShown("a.prior.beta, prior.betas and prior.beta.", "a.prior.beta, prior.betas and --beta.",
+              "a.prior.beta, prior.betas and setBeta.");
+  expectShown("noiseField, observation.noiseModel = tof:1,2 is known", "--noise-field, --noise-model tof:1,2 is known",
+              "setNoiseField, setNoiseModel tof:1,2 is known");
+  expectShown("", "", "");
 }
 
 /// The class has each setter that the table names.

@@ -3,6 +3,8 @@
 #include "support/clouds.h"
 #include "support/conversion.h"
 
+#include "support/clouds.h"
+
 #include <CGAL/AABB_traits.h>
 #include <CGAL/AABB_tree.h>
 #include <CGAL/AABB_triangle_primitive.h>
