@@ -16,7 +16,7 @@ namespace {
 constexpr double degenerateQuality = 1e-6;
 
 /// 2 · inradius / circumradius. With the area A, the sides' product p and half their sum s, these are A/s and p/(4A).
-double qualityOf(const TriangleCorners& t)
+inline double qualityOf(const TriangleCorners& t)
 {
   const double sideA = (t.b - t.c).norm(), sideB = (t.c - t.a).norm(), sideC = (t.a - t.b).norm(), twice = 2 * t.area();
   const double value = 4 * twice * twice / ((sideA + sideB + sideC) * sideA * sideB * sideC);

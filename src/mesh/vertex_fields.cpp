@@ -7,6 +7,7 @@
 #include "base/select_values.h"
 #include "mesh/mesh_topology.h"
 
+#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 
 #include <algorithm>
@@ -63,12 +64,34 @@ void setNormals(TriangleMesh& mesh, const DistanceField& field, Execution& execu
   }
 }
 
+Support::Support(const OrientedPoints& points, const NeighborSearch& search, float maxDistance, float spacing)
+    : points_(points), search_(search), maxDistance_(maxDistance), spacing_(points.spacings.empty() ? 0 : spacing),
+      largestSparseness_(spacing_ > 0 ? *std::max_element(points.spacings.begin(), points.spacings.end()) / spacing_
+                                      : 1)
+{}
+
+bool Support::isAmidEvenOnes(std::size_t point) const
+{
+  constexpr int asked = 13;
+  // Ratios of the squared extents along the surface, and of that across it to the lesser one.
+  constexpr float even = .4f, flat = .1f;
+  Neighbors nearest;
+  search_.nearest(points_.positions[point], asked, nearest);
+  Eigen::Matrix3f moments = Eigen::Matrix3f::Zero();
+  for (const auto other : nearest.indices) {
+    const Eigen::Vector3f arm = points_.positions[other] - points_.positions[point];
+    moments += arm * arm.transpose();
+  }
+  const Eigen::Vector3f extents =
+      Eigen::SelfAdjointEigenSolver<Eigen::Matrix3f>(moments, Eigen::EigenvaluesOnly).eigenvalues();
+  return extents[1] > even * extents[2] && extents[0] < flat * extents[1];
+}
+
 float Support::reach(std::size_t point) const
 {
-  constexpr float atBorder = 1.5f; // at the rim a point's 8th neighbor is √2 times as far as in the middle
+  const float sparse = spacing_ > 0 ? points_.spacings[point] / (atBorder * spacing_) : 1;
   const float bySpacing =
-      spacing_ > 0 ? maxDistance_ * std::clamp(points_.spacings[point] / (atBorder * spacing_), 1.f, farthest)
-                   : maxDistance_;
+      maxDistance_ * (sparse > farthest && isAmidEvenOnes(point) ? sparse : std::clamp(sparse, 1.f, farthest));
   return std::max(bySpacing, std::min(perDeviation * points_.deviation(point), farthest * maxDistance_));
 }
 
@@ -77,12 +100,6 @@ float Support::sparseness(const Eigen::Vector3f& position, Neighbors& scratch) c
   if (spacing_ <= 0 || search_.nearest(position, 1, scratch) < 1)
     return 1;
   return points_.spacings[scratch.indices[0]] / spacing_;
-}
-
-float Support::largestSparseness() const
-{
-  const std::vector<float>& spacings = points_.spacings;
-  return spacing_ > 0 && !spacings.empty() ? *std::max_element(spacings.begin(), spacings.end()) / spacing_ : 1;
 }
 
 float Support::margin(const Eigen::Vector3f& position, Neighbors& scratch) const

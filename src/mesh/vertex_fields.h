@@ -9,6 +9,7 @@
 #include <pcl/surface/mrf/point_set.h>
 #include <pcl/surface/mrf/triangle_mesh.h>
 
+#include <algorithm>
 #include <vector>
 
 namespace pcl::mrf {
@@ -16,16 +17,15 @@ namespace pcl::mrf {
 /// Sets the normals: the normalized gradient of the field; where that vanishes, the mean triangle normal.
 void setNormals(TriangleMesh& mesh, const DistanceField& field, Execution& execution);
 
-/// How far each point supports the surface around it: dEmax, or up to four times as far where the points are sparser
-/// than on average or their known noise is larger: a wall at six meters is as much surface as a cup at one.
+/// How far each point supports the surface around it: dEmax, or farther where the points are sparser than on average or
+/// their known noise is larger: a wall at six meters is as much surface as a cup at one. Up to four times as far,
+/// except amid points that lie evenly on a plane: those of a lidar's rings do not tell what is between these.
 class Support {
 public:
   /// \param search holds points.positions \param maxDistance dEmax, cloud's unit, > 0
   /// \param spacing l̄, cloud's unit; 0, or points without spacings: dEmax is the same everywhere
   /// \pre the arguments outlive this
-  Support(const OrientedPoints& points, const NeighborSearch& search, float maxDistance, float spacing)
-      : points_(points), search_(search), maxDistance_(maxDistance), spacing_(points.spacings.empty() ? 0 : spacing)
-  {}
+  Support(const OrientedPoints& points, const NeighborSearch& search, float maxDistance, float spacing);
 
   const OrientedPoints& points() const { return points_; }
   const NeighborSearch& search() const { return search_; }
@@ -36,7 +36,8 @@ public:
   /// Max reach of a point, cloud's unit.
   float farthestReach() const
   {
-    return spacing_ > 0 || !points_.deviations.empty() ? farthest * maxDistance_ : maxDistance_;
+    const float most = spacing_ > 0 || !points_.deviations.empty() ? farthest : 1;
+    return maxDistance_ * std::max(most, largestSparseness_ / atBorder);
   }
 
   /// α from the distance to the nearest point, times that point's own confidence (paper Sec. 3.3.3).
@@ -48,15 +49,19 @@ public:
   /// Spacing around the point nearest to a position, or the largest one of all points, over the cloud's spacing l̄.
   /// 1 if there are no points, or the reach is the same everywhere.
   float sparseness(const Eigen::Vector3f& position, Neighbors& scratch) const;
-  float largestSparseness() const;
+  float largestSparseness() const { return largestSparseness_; }
 
 private:
-  static constexpr float farthest = 4;     ///< max reach, in dEmax
+  /// At the rim a point's 8th neighbor is √2 times as far as in the middle.
+  static constexpr float atBorder = 1.5f;
+  static constexpr float farthest = 4;     ///< max reach, in dEmax, except amid even points
   static constexpr float perDeviation = 3; ///< reach in σ: one of 370 points with Gaussian noise is farther off
+
+  bool isAmidEvenOnes(std::size_t point) const;
 
   const OrientedPoints& points_;
   const NeighborSearch& search_;
-  float maxDistance_, spacing_;
+  float maxDistance_, spacing_, largestSparseness_;
 };
 
 /// Sets the confidences. Cost: one query per vertex.

@@ -97,9 +97,18 @@ double disagreeingShare(const PreparedPoints& prepared, const std::vector<Eigen:
 }
 
 /// How many times farther apart the sparsest points are than the densest, leaving out a twentieth at either end.
-float unevenness(const std::vector<float>& spacings)
+/// \param lengthOf the length of point i that spacings are compared to
+template <typename LengthOf>
+float unevenness(const PointSet& points, const LengthOf& lengthOf)
 {
-  return spacings.empty() ? 1 : quantile(spacings, .95) / quantile(spacings, .05);
+  constexpr std::size_t most = 4096;
+  const std::size_t asked = std::min(points.spacings.size(), most);
+  std::vector<float> spacings(asked);
+  for (std::size_t n = 0; n < asked; ++n) {
+    const std::size_t i = n * points.size() / asked;
+    spacings[n] = points.spacings[i] / std::max(lengthOf(i), std::numeric_limits<float>::min());
+  }
+  return asked > 0 ? quantile(spacings, .95) / quantile(spacings, .05) : 1;
 }
 
 /// Whether the spacings are rather those of a scan from the origin, in proportion to the range.
@@ -107,10 +116,8 @@ bool isSampledFromOrigin(const PointSet& points)
 {
   constexpr float slack = 1.1f; // where all ranges are about equal
   const Eigen::Vector3f origin = (-points.offset).cast<float>();
-  std::vector<float> perRange = points.spacings;
-  for (std::size_t i = 0; i < perRange.size(); ++i)
-    perRange[i] /= std::max((points.positions[i] - origin).norm(), std::numeric_limits<float>::min());
-  return unevenness(perRange) <= slack * unevenness(points.spacings);
+  const auto rangeOf = [&](std::size_t i) { return (points.positions[i] - origin).norm(); };
+  return unevenness(points, rangeOf) <= slack * unevenness(points, [](std::size_t) { return 1.f; });
 }
 
 /// Whether a ray from a point leaves the cloud's box without coming close to a point.
@@ -179,7 +186,7 @@ double minorityOfPieces(const PreparedPoints& prepared, const NeighborSearch& se
 bool isUneven(const PointSet& points)
 {
   constexpr float even = 2.1f;
-  return unevenness(points.spacings) > even;
+  return unevenness(points, [](std::size_t) { return 1.f; }) > even;
 }
 
 bool isSeenFromOrigin(const std::vector<Eigen::Vector3f>& positions, const std::vector<Eigen::Vector3f>& normals,

@@ -102,6 +102,21 @@ TEST(VertexFields, pointsSupportSurfaceWithinThreeOfTheirDeviations)
   EXPECT_FLOAT_EQ(support.confidence({20, 0, 1}, ConfidenceShape::quadratic, scratch), .75f);
 }
 
+TEST(VertexFields, sparsePointsSupportSurfaceBetweenThemIfTheyLieEvenly)
+{
+  for (const float ratio : {1.f, .05f}) { // of the distance across rows to that along them
+    OrientedPoints points;
+    for (int n = 0; n < 49; ++n)
+      points.positions.emplace_back(9 * static_cast<float>(n % 7), 9 * ratio * static_cast<float>(n / 7), 0);
+    points.normals.assign(points.positions.size(), Vector3f::UnitZ());
+    points.spacings.assign(points.positions.size(), 9);
+    const auto search = clouds::searchOf(points);
+    const Support support(points, *search, .5f, .1f);
+    EXPECT_FLOAT_EQ(support.reach(24), ratio == 1 ? 30 : 2) << ratio;
+    EXPECT_FLOAT_EQ(support.farthestReach(), 30);
+  }
+}
+
 TEST(VertexFields, edgesAreAsLongAsThePointsAreSparse)
 {
   // On a line at distances of 1, 1.7, 2, 3 and 9.

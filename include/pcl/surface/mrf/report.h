@@ -36,7 +36,7 @@ struct OrientationSummary {
   /// contribution to the volume: 1 for a convex component, about ½ for one without inside and outside.
   double agreement = 1;
   double openShare = 0; ///< without sensor or reference: share of the surface in components without a volume, 0..1
-  /// The surface is open and no information tells its outside: the chosen side is a guess.
+  /// The surface is open, or may be seen from within, and nothing tells its outside: the chosen side is a guess.
   bool sideIsGuessed = false;
 };
 
@@ -273,7 +273,8 @@ struct Report {
   bool normalsEstimated = false;  ///< the normals of all points were estimated
   std::int64_t normalsFilled = 0; ///< normals estimated for points whose own is missing
   /// Signs of the cloud's normals were found anew (not with NormalSource::use): more than a quarter opposed those of
-  /// their neighbors, or they pointed into what the points enclose, and the cloud is no room.
+  /// their neighbors, a tenth opposed most of their smooth piece, or they pointed into what the points enclose, and the
+  /// cloud is no room.
   bool signsOpposed = false;
   OrientationVote vote = OrientationVote::none;
   bool sensorOriginUsed = false; ///< the sensor that voted is the cloud's own sensor origin
