@@ -7,7 +7,6 @@
 
 #include <pcl/surface/mrf/exceptions.h>
 
-#include <array>
 #include <atomic>
 #include <cmath>
 #include <limits>
