@@ -34,7 +34,7 @@ GivenSigns judgeSigns(const PreparedPoints& prepared, const NeighborSearch& sear
                       Report& report, Execution& execution);
 
 /// Whether the spacings differ as those of a scan from amid the points do: more than 2.1 times between their 5 % and
-/// 95 % quantiles. Scans of an object from around it, and samples of a mesh, have 1.4 to 1.9.
+/// 95 % quantiles. Samples of a mesh, and most scans of an object from around it, have 1.4 to 1.9.
 bool isUneven(const PointSet& points);
 
 /// Whether the normals tell that a sensor was at the origin: all but one in 1,000 look at it. Half of the normals of a

@@ -299,10 +299,7 @@ public:
     const Partition components(points_.size(), [&](std::uint32_t i) { return forest.root(i); });
     countComponents(components);
     result_.normals = normals_;
-    const std::vector<std::uint8_t> flips = flipsOf(components, forest);
-    result_.minorityShare = static_cast<double>(std::count(flips.begin(), flips.end(), std::uint8_t{1})) /
-                            static_cast<double>(flips.size());
-    turnWhere(flips);
+    turnMinorities(flipsOf(components, forest));
     const Voters voters(points_, result_.normals, areas_, components, vote_);
     turnComponents(components, voters);
     if (piecesVote_)
@@ -391,11 +388,15 @@ private:
 
   void turn(std::size_t i) { result_.normals[i] = -result_.normals[i]; }
 
-  void turnWhere(const std::vector<std::uint8_t>& isFlipped)
+  void turnMinorities(const std::vector<std::uint8_t>& isFlipped)
   {
+    std::size_t turned = 0;
     for (std::size_t i = 0; i < isFlipped.size(); ++i)
-      if (isFlipped[i])
+      if (isFlipped[i]) {
         turn(i);
+        ++turned;
+      }
+    result_.minorityShare = static_cast<double>(turned) / static_cast<double>(isFlipped.size());
   }
 
   /// Turns components by the majority of their votes.
