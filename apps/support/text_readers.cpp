@@ -216,6 +216,8 @@ private:
     double number = 0;
     const auto numbers = std::count_if(
         cells_.begin(), cells_.end(), [&](std::string_view cell) { return toNumber(cell, number) || isMissing(cell); });
+    if (cells_.size() == 2 && equalsIgnoringCase(cells_[0], "ncols"))
+      lines_.fail("begins a grid of heights, which is no list of points; convert it, as by gdal_translate -of XYZ");
     if (cells_.size() < 3 && numbers > 0)
       lines_.fail("has fewer than the three columns x y z");
     if (rows_.names.size() != cells_.size() && numbers < 3)
@@ -306,14 +308,20 @@ void keepColumns(const std::vector<std::size_t>& kept, Rows& rows)
   rows.columns = kept.size();
 }
 
-/// True if the first column numbers the rows, from any number on. With fewer than `min` rows it may be a coordinate.
+/// True if the first column numbers the rows, from any number on, or has their times since 1970 in seconds or parts of
+/// them. With fewer than `min` rows it may be a coordinate.
 bool areNumbered(const Rows& rows)
 {
   constexpr std::size_t min = 10;
-  bool result = rows.columns >= 4 && rows.size() >= min && isCount(rows.at(0, 0));
-  for (std::size_t i = 1; result && i < rows.size(); ++i)
-    result = rows.at(i, 0) == rows.at(0, 0) + static_cast<double>(i);
-  return result;
+  constexpr double earliest = 1e9; // seconds; no coordinate is as large
+  if (rows.columns < 4 || rows.size() < min)
+    return false;
+  bool areCounts = isCount(rows.at(0, 0)), areTimes = rows.at(0, 0) >= earliest;
+  for (std::size_t i = 1; i < rows.size(); ++i) {
+    areCounts = areCounts && rows.at(i, 0) == rows.at(0, 0) + static_cast<double>(i);
+    areTimes = areTimes && rows.at(i, 0) >= rows.at(i - 1, 0);
+  }
+  return areCounts || areTimes;
 }
 
 enum class Content { unknown, normals, colors };
@@ -389,7 +397,7 @@ PointTable toTable(Rows rows, std::vector<std::string> notes = {})
     guessNames(rows, table.notes);
   }
   if (rows.names.front().empty())
-    table.notes.emplace_back("column 1 numbers the points: skipped");
+    table.notes.emplace_back("column 1 numbers the points, or has their times: skipped");
   for (std::string& name : rows.names)
     if (equalsIgnoringCase(name, "intensity"))
       name = "intensity";

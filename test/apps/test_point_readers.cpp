@@ -651,6 +651,12 @@ TEST(XyzReader, coordinatesHaveOneUnit)
   expectRefused("csv", "x [" + blanks + "m],y [mm],z\n1,2,3\n", "the header names");
 }
 
+TEST(XyzReader, aGridOfHeightsIsNamed)
+{
+  expectRefused("asc", "ncols 2\nnrows 1\nxllcorner 0\nyllcorner 0\ncellsize 1\n3 4\n",
+                "line 1: begins a grid of heights");
+}
+
 TEST(XyzReader, aColumnThatNumbersThePointsIsSkipped)
 {
   const auto numbered = [](const std::string& header, std::size_t count, std::size_t first) {
@@ -666,12 +672,16 @@ TEST(XyzReader, aColumnThatNumbersThePointsIsSkipped)
       const PointTable table = numbered(header, 20, first);
       EXPECT_EQ(table.positions[19], surveyPlane()[19]);
       EXPECT_TRUE(table.scalars.empty());
-      EXPECT_EQ(table.notes, std::vector<std::string>{"column 1 numbers the points: skipped"});
+      EXPECT_EQ(table.notes, std::vector<std::string>{"column 1 numbers the points, or has their times: skipped"});
     }
   const PointTable named = numbered("id,x,y,z\n", 20, 5);
   EXPECT_EQ(named.positions[19], surveyPlane()[19]);
   EXPECT_EQ(named.scalars.at("id").at(19), 24);
   EXPECT_EQ(numbered("", 3, 0).positions[2].x(), 2) << "of three rows it may be a coordinate";
+  std::string timed; // two points at each time, in seconds since 1970
+  for (std::size_t i = 0; i < 20; ++i)
+    timed += std::to_string(1.6e9 + .05 * static_cast<double>(i / 2)) + " " + rows({surveyPlane()[i]}, {}, {}, " ");
+  EXPECT_EQ(parse("txt", timed).positions[19], surveyPlane()[19]);
 }
 
 TEST(PtsReader, scansBeginWithTheirCounts)
@@ -944,7 +954,7 @@ TEST(PointReader, joinsWhatAllFilesHave)
   full.colors.assign(2, {1, 2, 3});
   full.scalars = {{"intensity", {1, 2}}, {"quality", {3, 4}}, {"time", {5, 6}}};
   full.sensorOrigin = Eigen::Vector3d(0, 0, 9);
-  full.notes = {"column 1 numbers the points: skipped"};
+  full.notes = {"column 1 numbers the points, or has their times: skipped"};
   plain.scalars = {{"quality", {7}}};
   plain.sensorOrigin = Eigen::Vector3d(0, 0, 5);
   scans.scalars = {{"quality", {8, 9}}, {"time", {8, 9}}};
@@ -966,7 +976,8 @@ TEST(PointReader, joinsWhatAllFilesHave)
   EXPECT_EQ(whole.scalars, (decltype(whole.scalars){{"quality", {3, 4, 7, 8, 9}}}));
   EXPECT_EQ(whole.sensors, (Points{{0, 0, 9}, {0, 0, 5}, {0, 0, 7}}));
   EXPECT_EQ(whole.views, (std::vector<std::int32_t>{0, 0, 1, 0, 2}));
-  EXPECT_EQ(whole.notes, (std::vector<std::string>{"full.xyz: column 1 numbers the points: skipped"}));
+  EXPECT_EQ(whole.notes,
+            (std::vector<std::string>{"full.xyz: column 1 numbers the points, or has their times: skipped"}));
   EXPECT_EQ(whole.warnings,
             (std::vector<std::string>{"'plain.pcd' has no normals: those of the other files are left out",
                                       "'plain.pcd' has no colors: those of the other files are left out",
