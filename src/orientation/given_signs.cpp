@@ -5,6 +5,7 @@
 #include "orientation/orientation.h"
 #include "points/sensor_view.h"
 
+#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 
 #include <algorithm>
@@ -29,6 +30,9 @@ double opposedSomewhere(std::size_t points)
 /// Max share of normals that point to the wrong side by chance, and by errors of the test. Above allLookInside all
 /// normals are taken to look into the volume that the surface encloses.
 constexpr double mayDisagree = .1, allLookInside = .75;
+
+/// Max share of the points of smooth pieces whose signs differ where thin walls or creases join pieces wrongly.
+constexpr double mayJoin = .05;
 
 /// Max share of hidden points of an object that was seen from outside.
 constexpr double mayBeHidden = .02;
@@ -140,21 +144,21 @@ bool seesOut(const PointSet& points, const NeighborSearch& search, const Boundin
   }
 }
 
-/// The share of the points that are hardly seen from outside if all normals are turned around.
-double hiddenBehind(const PreparedPoints& prepared, const NeighborSearch& search)
+/// The share of the points that are hardly seen from outside on the side of their normals times this sign.
+double hiddenShare(const PointSet& points, const std::vector<Eigen::Vector3f>& normals, float sign,
+                   const NeighborSearch& search)
 {
   constexpr std::size_t most = 512;
   constexpr int rings = 4, perRing = 12;
   constexpr float tilt = .25f; // radians from ring to ring
   constexpr int few = 5;       // directions: a point is seen in more of them
-  const PointSet& points = prepared.points;
   const BoundingBox box = boundingBox(points.positions);
   const std::size_t asked = points.spacings.empty() ? 0 : std::min(points.size(), most);
   std::size_t hidden = 0;
   Neighbors nearest;
   for (std::size_t n = 0; n < asked; ++n) {
     const std::size_t i = n * points.size() / asked;
-    const Eigen::Vector3f axis = -prepared.normals[i], across = axis.unitOrthogonal(), third = axis.cross(across);
+    const Eigen::Vector3f axis = sign * normals[i], across = axis.unitOrthogonal(), third = axis.cross(across);
     if (axis.isZero())
       continue;
     int out = seesOut(points, search, box, i, axis, nearest) ? 1 : 0;
@@ -168,6 +172,38 @@ double hiddenBehind(const PreparedPoints& prepared, const NeighborSearch& search
     hidden += out <= few ? 1 : 0;
   }
   return asked > 0 ? static_cast<double>(hidden) / static_cast<double>(asked) : 0;
+}
+
+/// Whether nearly all given normals look at one place, as those do that were turned to a viewpoint. Of all places it
+/// has the least sum of squares of the distances by which points look past it, which is convex: Newton steps find it.
+bool lookAtOnePlace(const PreparedPoints& prepared)
+{
+  constexpr std::size_t most = 4096;
+  constexpr double nearlyAll = .995;
+  constexpr int maxSteps = 50;
+  const PointSet& points = prepared.points;
+  const std::size_t asked = std::min(points.size(), most);
+  Eigen::Vector3d place = Eigen::Vector3d::Zero();
+  for (int step = 0; step < maxSteps; ++step) {
+    Eigen::Matrix3d matrix = std::numeric_limits<float>::epsilon() * Eigen::Matrix3d::Identity();
+    Eigen::Vector3d right = Eigen::Vector3d::Zero();
+    double given = 0, past = 0;
+    for (std::size_t n = 0; n < asked; ++n) {
+      const std::size_t i = n * points.size() / asked;
+      const Eigen::Vector3d normal = prepared.normals[i].cast<double>();
+      const double distance = normal.dot(points.positions[i].cast<double>() - place);
+      given += isGiven(prepared, i) ? 1 : 0;
+      if (!isGiven(prepared, i) || distance <= 0)
+        continue;
+      ++past;
+      matrix += normal * normal.transpose();
+      right += distance * normal;
+    }
+    if (past <= (1 - nearlyAll) * given)
+      return true;
+    place += matrix.ldlt().solve(right);
+  }
+  return false;
 }
 
 /// The share of the normals whose sign is unlike that of most others of the same smooth piece of surface.
@@ -187,6 +223,13 @@ bool isUneven(const PointSet& points)
 {
   constexpr float even = 2.1f;
   return unevenness(points, [](std::size_t) { return 1.f; }) > even;
+}
+
+double hiddenOutside(const PointSet& points, const std::vector<Eigen::Vector3f>& normals, const NeighborSearch& search)
+{
+  constexpr double few = .04;
+  const double outside = isUneven(points) ? hiddenShare(points, normals, 1, search) : 0;
+  return outside > few && hiddenShare(points, normals, -1, search) > outside ? outside : 0;
 }
 
 bool isSeenFromOrigin(const std::vector<Eigen::Vector3f>& positions, const std::vector<Eigen::Vector3f>& normals,
@@ -235,14 +278,14 @@ GivenSigns judgeSigns(const PreparedPoints& prepared, const NeighborSearch& sear
   const double inward = disagreeingShare(prepared, outward.normals);
   if (outward.sideIsGuessed || isUneven(points)) {
     const double minority = minorityOfPieces(prepared, search, options, report, execution);
-    if (minority <= mayDisagree)
+    if (minority <= mayJoin || !lookAtOnePlace(prepared))
       return GivenSigns::right;
     areWrong(minority, "point to the other side than most do on the same surface" + toOrigin);
     return !outward.sideIsGuessed && inward > .5 ? GivenSigns::mostlyInward : GivenSigns::wrong;
   }
   // The normals of rooms look inward as well. A sensor outside would not have seen the objects in a room.
   const bool mayBeRoom = inward > allLookInside && (isConsistent || !isFromOrigin);
-  if (inward <= mayDisagree || (mayBeRoom && hiddenBehind(prepared, search) > mayBeHidden))
+  if (inward <= mayDisagree || (mayBeRoom && hiddenShare(points, prepared.normals, -1, search) > mayBeHidden))
     return GivenSigns::right;
   return areWrong(inward, "look into what the points enclose" + toOrigin);
 }

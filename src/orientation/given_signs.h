@@ -26,7 +26,8 @@ enum class GivenSigns : std::uint8_t {
 /// Judges the given normals' signs. They are errors, with a warning, if
 /// - a quarter of the neighbors on smooth surface have opposite signs; or no sensor is known, and
 /// - the points enclose a volume, and more than a tenth of the normals look into it; or
-/// - of each smooth piece of an open surface, or of one that may be seen from within, a tenth contradicts the majority.
+/// - all look at one place, and on an open surface, or one that may be seen from within, more than a twentieth
+///   contradicts the majority of its smooth piece.
 /// In a room all normals look inward. Uneven spacing, and objects in it, tell it from an object. See src/method.md.
 /// \param search holds the points. Cost: some thousand queries; if there are doubts, two orientations as well; if all
 /// normals look inward, some hundred thousand queries.
@@ -36,6 +37,11 @@ GivenSigns judgeSigns(const PreparedPoints& prepared, const NeighborSearch& sear
 /// Whether the spacings differ as those of a scan from amid the points do: more than 2.1 times between their 5 % and
 /// 95 % quantiles. Samples of a mesh, and most scans of an object from around it, have 1.4 to 1.9.
 bool isUneven(const PointSet& points);
+
+/// The share of points that can hardly be seen from outside, if that and uneven spacing tell that they were scanned
+/// from within what they enclose; else 0. The points of an object in a room are hidden behind its walls. \param normals
+/// that point outward \param search holds the points
+double hiddenOutside(const PointSet& points, const std::vector<Eigen::Vector3f>& normals, const NeighborSearch& search);
 
 /// Whether the normals tell that a sensor was at the origin: all but one in 1,000 look at it. Half of the normals of a
 /// closed surface would look away from it. An origin more than 100 diagonals away, as a survey's, does not count.

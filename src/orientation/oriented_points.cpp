@@ -38,8 +38,17 @@ void warnOfGuess(const std::string& what, const Options& options, Report& report
                                                         : "normals"));
 }
 
-void warnOfDisagreement(const PointSet& points, const Options& options, Report& report)
+/// \param hidden share of points that cannot be seen from outside, if the inside was taken for that; else 0
+void warnOfDisagreement(const PointSet& points, double hidden, const Options& options, Report& report)
 {
+  if (hidden > 0) {
+    report.orientation.sideIsGuessed = true;
+    return warnOfGuess("the points are spaced as a sensor amid them would space them, and " +
+                           std::to_string(std::lround(100 * hidden)) +
+                           " % can hardly be seen from outside: the inside of what they enclose was taken, which is a "
+                           "guess",
+                       options, report);
+  }
   // If the side is a guess, the agreement of the votes means nothing.
   if (report.orientation.sideIsGuessed)
     return warnOfGuess("the surface is open (" + std::to_string(std::lround(100 * report.orientation.openShare)) +
@@ -117,11 +126,14 @@ OrientedPoints orientPoints(PreparedPoints prepared, const Options& options, Nei
         orientNormals(points, prepared.normals, search, report.density, report.vote, options.orientation, execution);
     report.orientation = oriented.summary();
   }
-  if (signs == GivenSigns::mostlyInward)
+  const double hidden = report.vote == OrientationVote::outward && signs != GivenSigns::mostlyInward
+                            ? hiddenOutside(points, oriented.normals, search)
+                            : 0;
+  if (signs == GivenSigns::mostlyInward || hidden > 0)
     for (Eigen::Vector3f& normal : oriented.normals)
       normal = -normal;
   prepared.normals = std::vector<Eigen::Vector3f>(); // {} would keep their memory
-  warnOfDisagreement(points, options, report);
+  warnOfDisagreement(points, hidden, options, report);
   report.points.smallComponents = report.orientation.pointsDropped;
   if (!report.normalsEstimated && report.vote == OrientationVote::reference)
     for (std::size_t i = 0; i < points.size(); ++i)

@@ -269,13 +269,38 @@ TEST(BadInput, SpacingTellsWhereASensorMayHaveBeen)
     EXPECT_EQ(mrf.getReport().warnings.size(), given.opposed ? 1u : 0u);
     EXPECT_NEAR(mrf.getReport().mesh.volume, given.volume, .1);
   }
-  const pcl::PointCloud<pcl::PointXYZ>::Ptr positions(new pcl::PointCloud<pcl::PointXYZ>);
-  pcl::copyPointCloud(*cases[1].cloud, *positions);
-  On<pcl::PointXYZ> bare(positions);
-  run(bare);
-  EXPECT_TRUE(bare.getReport().orientation.sideIsGuessed);
-  ASSERT_EQ(bare.getReport().warnings.size(), 1u);
-  EXPECT_NE(bare.getReport().warnings[0].find("a sensor amid them"), std::string::npos);
+  // Signs that no viewpoint explains are no error of turning normals to one.
+  const Cloud::Ptr ofTwoRooms = eggCloud(asScanned);
+  for (pcl::PointNormal& point : *ofTwoRooms)
+    if (std::abs(point.x) < 1.5f)
+      point.getNormalVector3fMap() *= -1;
+  On<pcl::PointNormal> mrf(ofTwoRooms);
+  run(mrf);
+  EXPECT_FALSE(mrf.getReport().signsOpposed);
+}
+
+/// Without normals, points that cannot be seen from outside tell that uneven ones were seen from within.
+TEST(BadInput, HiddenPointsTellARoom)
+{
+  const Eigen::Vector3f station(-1.5f, .2f, .1f), amid(.5f, 0, 0);
+  constexpr float objectRadius = .3f, objectVolume = 4 * static_cast<float>(M_PI) / 3 * .027f;
+  const Cloud::Ptr egg = eggCloud([&](const Eigen::Vector3f& at) { return .2f / (at - station).squaredNorm(); });
+  pcl::PointCloud<pcl::PointXYZ> room;
+  pcl::copyPointCloud(*egg, room);
+  for (const bool hasObject : {false, true}) {
+    SCOPED_TRACE(hasObject);
+    if (hasObject)
+      for (const pcl::PointNormal& point : *sphereCloud()) {
+        const Eigen::Vector3f at = amid + objectRadius * point.getVector3fMap();
+        room.push_back({at.x(), at.y(), at.z()});
+      }
+    On<pcl::PointXYZ> bare(room.makeShared());
+    run(bare);
+    EXPECT_NEAR(bare.getReport().mesh.volume, hasObject ? objectVolume - eggVolume : eggVolume, .1);
+    EXPECT_TRUE(bare.getReport().orientation.sideIsGuessed);
+    ASSERT_EQ(bare.getReport().warnings.size(), 1u);
+    EXPECT_NE(bare.getReport().warnings[0].find(hasObject ? "the inside" : "the outside"), std::string::npos);
+  }
 }
 
 TEST(BadInput, TerrainWhoseNormalsAreTurnedToAPointInItFacesUp)
