@@ -444,6 +444,8 @@ std::string renamed(const NamedOption& option, const std::string& text, OptionNa
 {
   if (option.name == "RawCloud::sensors")
     return naming == OptionNaming::flags ? "--sensor" : "setSensorPosition";
+  if (option.name == "RawCloud::views")
+    return naming == OptionNaming::flags ? "--views" : "setSensorPositions";
   // Options that are texts have no rows in the table.
   for (const auto& [name, flag, setter] :
        {std::array<const char*, 3>{"observation.noiseModel", "--noise-model", "setNoiseModel"},

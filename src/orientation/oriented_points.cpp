@@ -68,12 +68,15 @@ void warnOfDisagreement(const PointSet& points, double hidden, const Options& op
     return;
   std::ostringstream text;
   text.precision(3);
-  text
-      << "only " << 100 * report.orientation.agreement << " % of the normals agree with the "
-      << (report.vote == OrientationVote::reference
-              ? "vote on their orientation; give sensor positions (RawCloud::sensors), or normals that point outward"
-              : "sensors, which cannot have seen all points; give the positions of all sensors (RawCloud::sensors), or "
-                "leave them out, a cloud's own by orientation.sensorOrigin = off");
+  text << "only " << 100 * report.orientation.agreement << " % of the normals agree with the ";
+  if (report.vote == OrientationVote::reference)
+    text << "vote on their orientation; give sensor positions (RawCloud::sensors), or normals that point outward";
+  else if (points.sensors.size() > 1 && points.views.empty())
+    text << "nearest sensors; give the positions of all, and tell which of them saw each point (RawCloud::views)";
+  else
+    text << "sensors, which cannot have seen all points; give the positions of all sensors (RawCloud::sensors), or "
+            "leave "
+            "them out, a cloud's own by orientation.sensorOrigin = off";
   report.warnings.push_back(text.str());
 }
 

@@ -285,12 +285,13 @@ TEST(BadInput, HiddenPointsTellARoom)
   const Eigen::Vector3f station(-1.5f, .2f, .1f), amid(.5f, 0, 0);
   constexpr float objectRadius = .3f, objectVolume = 4 * static_cast<float>(M_PI) / 3 * .027f;
   const Cloud::Ptr egg = eggCloud([&](const Eigen::Vector3f& at) { return .2f / (at - station).squaredNorm(); });
+  const Cloud::Ptr ball = sphereCloud();
   pcl::PointCloud<pcl::PointXYZ> room;
   pcl::copyPointCloud(*egg, room);
   for (const bool hasObject : {false, true}) {
     SCOPED_TRACE(hasObject);
     if (hasObject)
-      for (const pcl::PointNormal& point : *sphereCloud()) {
+      for (const pcl::PointNormal& point : *ball) {
         const Eigen::Vector3f at = amid + objectRadius * point.getVector3fMap();
         room.push_back({at.x(), at.y(), at.z()});
       }
@@ -360,6 +361,10 @@ TEST(BadInput, NothingIsAskedForThatWasGiven)
   seen.setSensorPosition({0, 0, 5}); // which sees two fifths of a ball
   run(seen);
   EXPECT_NE(testing::PrintToString(seen.getReport().warnings).find("cannot have seen all points"), std::string::npos);
+  seen.setSensorPositions({{0, 0, 5}, {0, .1, 5}});
+  run(seen);
+  EXPECT_NE(testing::PrintToString(seen.getReport().warnings).find("saw each point (setSensorPositions)"),
+            std::string::npos);
   On<pcl::PointNormal> estimating(conversion::make<pcl::PointNormal>(patch()));
   estimating.setNormalSource(pcl::mrf::NormalSource::estimate);
   run(estimating);

@@ -72,7 +72,7 @@ PCL_MRF_EXPORT const OptionDeclaration& optionDeclaration(const std::string& nam
 enum class OptionNaming { members, flags, setters };
 
 /// Renames the options in a message of the library, which names them as Options does ("prior.beta = 2 is outside its
-/// range"); also RawCloud::sensors.
+/// range"); also RawCloud::sensors and views.
 /// \return the message in the words of a command line ("--beta 2 is outside ...") or of pcl::MRFReconstruction
 /// ("setBeta(2) is outside ...")
 PCL_MRF_EXPORT std::string withOptionNames(const std::string& message, OptionNaming naming);
