@@ -77,6 +77,7 @@ std::string droppedPoints(const pcl::mrf::PointCounts& points)
                                        {points.zeroConfidence, "without confidence"},
                                        {points.outliersAlone, "standing alone"},
                                        {points.mixedPixels, "between two surfaces"},
+                                       {points.ghosts, "seen through by other sensors"},
                                        {points.outliersByStatistics, "outliers by statistics"},
                                        {points.noiseByPlaneFit, "noise by plane fit"},
                                        {points.outliersByField, "against a robust field"},

@@ -48,7 +48,7 @@ static void to_json(Json& json, const Options& options)
 }
 
 MRF_JSON(PointCounts, input, notFinite, duplicates, zeroNormals, zeroConfidence, outliersAlone, outliersByStatistics,
-         mixedPixels, noiseByPlaneFit, smallComponents, outliersByField, alone, used)
+         mixedPixels, ghosts, noiseByPlaneFit, smallComponents, outliersByField, alone, used)
 MRF_JSON(SamplingDensity, spacing, nearestMean, nearestDeviation, eighthMedian)
 MRF_JSON(OrientationSummary, components, componentsAtCreases, componentsDropped, componentsFlipped, piecesFlipped,
          pointsDropped, pointsFlipped, agreement, openShare, sideIsGuessed)

@@ -217,10 +217,10 @@ private:
 void declareOutliers(std::vector<OptionDeclaration>& rows)
 {
   Rows<OutlierOptions> table(rows, "outliers.", &Options::outliers);
-  table.onOff(
-      "alone", "--alone-filter", &OutlierOptions::alone,
-      "drop points that are far from their neighbors and on no surface with them, or between two that their sensor "
-      "saw");
+  table.onOff("alone", "--alone-filter", &OutlierOptions::alone,
+              "drop points that are far from their neighbors and on no surface with them, between two that their "
+              "sensor saw, or "
+              "seen through by other sensors");
   table.onOff("statistical", "--statistical-filter", &OutlierOptions::statistical,
               "PCL's statistical outlier removal: 8 neighbors, 3 standard deviations");
   table.onOff("robust", "--robust", &OutlierOptions::robust,

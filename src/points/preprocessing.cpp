@@ -4,6 +4,7 @@
 #include "base/select_values.h"
 #include "options/noise_law.h"
 #include "options/stage_timer.h"
+#include "points/ghost_points.h"
 #include "points/mixed_pixels.h"
 #include "points/near_copies.h"
 #include "points/normals.h"
@@ -120,6 +121,19 @@ void removeOutliers(PointSet& points, const Options& options, NeighborSearch& se
   points.spacings = localSpacings(points, distances, execution);
 }
 
+/// Drops what other sensors saw through, with the normals.
+void removeGhosts(PreparedPoints& prepared, NeighborSearch& search, Report& report, Execution& execution)
+{
+  const StageTimer timer("outliers", report, execution);
+  PointSet& points = prepared.points;
+  if (points.spacings.empty())
+    return;
+  std::vector<std::uint8_t> keep(points.size(), 1);
+  report.points.ghosts = dropGhosts(points, prepared.normals, search, keep, execution);
+  if (reduce(points, keep, search, execution))
+    prepared.normals = selectValues(prepared.normals, keep);
+}
+
 /// Warns if all normals of the cloud are zero or not finite, as in a type with normals that were never estimated.
 /// \throw InvalidInput if they are to be used as they are
 void warnOfZeroNormals(const PointSet& points, const Options& options, Report& report)
@@ -200,7 +214,7 @@ void requirePoints(const PointSet& points, const Report& report)
       {counts.duplicates, "duplicates"},
       {counts.zeroNormals, "zero normals"},
       {counts.zeroConfidence, "without confidence"},
-      {counts.outliersAlone + counts.outliersByStatistics + counts.mixedPixels, "outliers"},
+      {counts.outliersAlone + counts.outliersByStatistics + counts.mixedPixels + counts.ghosts, "outliers"},
       {counts.noiseByPlaneFit, "without a plane"},
       {counts.smallComponents, "in small components"}};
   const char* separator = "; dropped: ";
@@ -221,8 +235,10 @@ PreparedPoints preprocess(PointSet points, const Options& options, NeighborSearc
   removeOutliers(points, options, search, report, execution);
   PreparedPoints prepared;
   prepared.normals = findNormals(points, options, search, report, execution);
-  requirePoints(points, report);
   prepared.points = std::move(points);
+  if (options.outliers.alone)
+    removeGhosts(prepared, search, report, execution);
+  requirePoints(prepared.points, report);
   return prepared;
 }
 

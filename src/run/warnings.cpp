@@ -64,6 +64,7 @@ void warnOfDroppedPoints(Report& report)
   const std::pair<std::int64_t, const char*> rules[] = {
       {counts.outliersAlone, "stand alone (outliers.alone)"},
       {counts.mixedPixels, "lie between two surfaces that their sensor saw (outliers.alone)"},
+      {counts.ghosts, "were seen through by other sensors, as what moves is (outliers.alone)"},
       {counts.outliersByStatistics, "are outliers by PCL's statistics (outliers.statistical)"},
       {counts.noiseByPlaneFit, "are noise by the plane fit (normals.noiseCriteria), or have no plane"},
       {counts.smallComponents,

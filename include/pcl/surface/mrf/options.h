@@ -26,7 +26,8 @@ enum class SearchKind {
 /// Independent criteria: a point is dropped if any rejects it. The report warns of a criterion that drops over 2 %.
 struct OutlierOptions {
   /// Drop points that are far from their neighbors for the local or the cloud's spacing and on no surface with
-  /// them; also points between two surfaces that their sensor saw (mixed pixels).
+  /// them; also points between two surfaces that their sensor saw (mixed pixels), and those that other sensors saw
+  /// through (ghosts of what moved).
   bool alone = true;
   bool statistical = false; ///< PCL's StatisticalOutlierRemoval: 8 neighbors, 3 standard deviations
   bool robust = false;      ///< drop points that disagree with a robust field, after the points are oriented

@@ -211,6 +211,7 @@ struct PointCounts {
   std::int64_t outliersAlone = 0;  ///< OutlierOptions::alone: far from their neighbors and on no surface
   std::int64_t outliersByStatistics = 0;
   std::int64_t mixedPixels = 0;     ///< OutlierOptions::alone: between two surfaces that their sensor saw
+  std::int64_t ghosts = 0;          ///< OutlierOptions::alone: other sensors saw through them
   std::int64_t noiseByPlaneFit = 0; ///< by the paper's PCA criteria, or because no plane could be fitted
   std::int64_t smallComponents = 0;
   std::int64_t outliersByField = 0; ///< OutlierOptions::robust
