@@ -109,17 +109,18 @@ VectorColumns::VectorColumns(const std::vector<std::string>& names)
 {
   const NamedColumns columns(names);
   position = columns.findAxes({{"x", "y", "z"},
-                               {"easting", "northing", "elevation"},
-                               {"easting", "northing", "height"},
-                               {"easting", "northing", "altitude"},
-                               {"easting", "northing", "z"},
-                               {"east", "north", "height"},
-                               {"east", "north", "elevation"},
-                               {"e", "n", "h"},
-                               {"e", "n", "z"},
                                {"px", "py", "pz"},
                                {"points:0", "points:1", "points:2"},
                                {"points_m_xyz:0", "points_m_xyz:1", "points_m_xyz:2"}});
+  for (const std::array<const char*, 2>& plan : {std::array<const char*, 2>{"easting", "northing"},
+                                                 {"east", "north"},
+                                                 {"e", "n"},
+                                                 {"x", "y"},
+                                                 {"rechtswert", "hochwert"}})
+    for (const char* up :
+         {"elevation", "elev", "height", "orthometric_height", "altitude", "up", "rl", "h", "hoehe", "z"})
+      if (!position)
+        position = columns.findAxes({{plan[0], plan[1], up}});
   normal = columns.find({{"nx", "ny", "nz"},
                          {"n_x", "n_y", "n_z"},
                          {"normal_x", "normal_y", "normal_z"},
@@ -147,7 +148,8 @@ void addColors(const std::vector<Eigen::Vector3f>& colors, bool areWhole, PointT
   for (const Eigen::Vector3f& color : colors)
     for (const float channel : color)
       max = std::max(max, channel);
-  const double scale = max >= 256 ? 1. / 257 : max > 1 || areWhole ? 1 : 255;
+  constexpr float one = 1.01f; // rounding exceeds 1
+  const double scale = max >= 256 ? 1. / 257 : max > one || areWhole ? 1 : 255;
   table.colors.reserve(colors.size());
   for (const Eigen::Vector3f& color : colors) {
     const Eigen::Vector3d bytes = scale * color.cast<double>();
@@ -164,7 +166,9 @@ TableFiller::TableFiller(const std::vector<std::string>& names, std::size_t rows
   for (std::size_t column = 0; column < names.size(); ++column) {
     if (names[column].empty() || vectors_.hold(column))
       continue;
-    const auto [scalar, isFirst] = table.scalars.try_emplace(names[column]);
+    const bool isIntensity = equalsIgnoringCase(names[column], "intensity") ||
+                             equalsIgnoringCase(names[column], "scalar_intensity"); // as CloudCompare writes it
+    const auto [scalar, isFirst] = table.scalars.try_emplace(isIntensity ? "intensity" : names[column]);
     if (isFirst)
       scalars_[column] = &scalar->second;
     scalar->second.reserve(rows);

@@ -129,6 +129,17 @@ void splitCells(std::string_view line, std::vector<std::string_view>& cells)
   }
 }
 
+/// True for ",0,1,2": what a data frame without names of its own is written with.
+bool isHeaderOfNumbers(std::string_view line)
+{
+  std::vector<std::string_view> cells;
+  splitCells(line, cells);
+  for (std::size_t n = 1; n < cells.size(); ++n)
+    if (cells[n] != std::to_string(n - 1))
+      return false;
+  return cells.size() >= 4 && cells.front().empty();
+}
+
 /// Reads rows line by line.
 class RowParser {
 public:
@@ -181,6 +192,8 @@ private:
 
   void take(std::string_view line)
   {
+    if (rows_.columns == 0 && isHeaderOfNumbers(line))
+      return;
     (line.find('"') == std::string_view::npos ? splitRow : splitCells)(line, cells_);
     const bool areNumbers = toNumbers(cells_, values_);
     if (areNumbers && haveDecimalCommas(cells_)) // each would split a number into two
@@ -308,19 +321,24 @@ void keepColumns(const std::vector<std::size_t>& kept, Rows& rows)
   rows.columns = kept.size();
 }
 
-/// True if the first column numbers the rows, from any number on, or has their times since 1970 in seconds or parts of
-/// them. With fewer than `min` rows it may be a coordinate.
+/// True if the first column numbers the rows, from any number on, in any step and with a few left out, or has their
+/// times since 1970 in seconds or parts of them. With fewer than `min` rows it may be a coordinate.
 bool areNumbered(const Rows& rows)
 {
-  constexpr std::size_t min = 10;
-  constexpr double earliest = 1e9; // seconds; no coordinate is as large
+  constexpr std::size_t min = 10, few = 10; // rows; one step in so many may be a longer one
+  constexpr double earliest = 1e9;          // seconds; no coordinate is as large
   if (rows.columns < 4 || rows.size() < min)
     return false;
-  bool areCounts = isCount(rows.at(0, 0)), areTimes = rows.at(0, 0) >= earliest;
-  for (std::size_t i = 1; i < rows.size(); ++i) {
-    areCounts = areCounts && rows.at(i, 0) == rows.at(0, 0) + static_cast<double>(i);
-    areTimes = areTimes && rows.at(i, 0) >= rows.at(i - 1, 0);
+  const double step = rows.at(1, 0) - rows.at(0, 0);
+  bool areCounts = step > 0, areTimes = rows.at(0, 0) >= earliest;
+  std::size_t leftOut = 0;
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const double difference = i > 0 ? rows.at(i, 0) - rows.at(i - 1, 0) : step;
+    areCounts = areCounts && isCount(rows.at(i, 0)) && difference > 0;
+    leftOut += difference != step ? 1 : 0;
+    areTimes = areTimes && difference >= 0;
   }
+  areCounts = areCounts && leftOut * few <= rows.size();
   return areCounts || areTimes;
 }
 
@@ -398,9 +416,6 @@ PointTable toTable(Rows rows, std::vector<std::string> notes = {})
   }
   if (rows.names.front().empty())
     table.notes.emplace_back("column 1 numbers the points, or has their times: skipped");
-  for (std::string& name : rows.names)
-    if (equalsIgnoringCase(name, "intensity"))
-      name = "intensity";
   TableFiller filler(rows.names, rows.size(), table);
   filler.add(rows.size(), [&](std::size_t row, std::size_t column) { return rows.at(row, column); });
   filler.finish(false);

@@ -651,6 +651,13 @@ TEST(XyzReader, coordinatesHaveOneUnit)
   expectRefused("csv", "x [" + blanks + "m],y [mm],z\n1,2,3\n", "the header names");
 }
 
+TEST(XyzReader, heightsHaveManyNames)
+{
+  for (const char* header : {"Easting,Northing,Orthometric Height", "North,East,Elev", "Rechtswert,Hochwert,Hoehe",
+                             "Easting,Northing,RL", "East,North,Up", "X,Y,Elevation"})
+    EXPECT_EQ(parse("csv", header + std::string("\n1,2,3\n")).positions.at(0).z(), 3) << header;
+}
+
 TEST(XyzReader, aGridOfHeightsIsNamed)
 {
   expectRefused("asc", "ncols 2\nnrows 1\nxllcorner 0\nyllcorner 0\ncellsize 1\n3 4\n",
@@ -678,6 +685,13 @@ TEST(XyzReader, aColumnThatNumbersThePointsIsSkipped)
   EXPECT_EQ(named.positions[19], surveyPlane()[19]);
   EXPECT_EQ(named.scalars.at("id").at(19), 24);
   EXPECT_EQ(numbered("", 3, 0).positions[2].x(), 2) << "of three rows it may be a coordinate";
+  std::string gaps; // some were left out, and they are counted in tens
+  for (std::size_t i = 0; i < 20; ++i)
+    gaps += std::to_string(10 * i + (i > 7 ? 30 : 0)) + " " + rows({surveyPlane()[i]}, {}, {}, " ");
+  EXPECT_EQ(parse("txt", gaps).positions[19], surveyPlane()[19]);
+  const PointTable frame = numbered(",0,1,2\n", 20, 0); // whose columns have no names
+  EXPECT_EQ(frame.size(), 20u);
+  EXPECT_EQ(frame.positions[19], surveyPlane()[19]);
   std::string timed; // two points at each time, in seconds since 1970
   for (std::size_t i = 0; i < 20; ++i)
     timed += std::to_string(1.6e9 + .05 * static_cast<double>(i / 2)) + " " + rows({surveyPlane()[i]}, {}, {}, " ");
