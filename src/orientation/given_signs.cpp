@@ -12,6 +12,7 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <string>
 
 namespace pcl::mrf {
@@ -145,8 +146,8 @@ bool seesOut(const PointSet& points, const NeighborSearch& search, const Boundin
 }
 
 /// The share of the points that are hardly seen from outside on the side of their normals times this sign.
-double hiddenShare(const PointSet& points, const std::vector<Eigen::Vector3f>& normals, float sign,
-                   const NeighborSearch& search)
+double hiddenOnSide(const PointSet& points, const std::vector<Eigen::Vector3f>& normals, float sign,
+                    const NeighborSearch& search)
 {
   constexpr std::size_t most = 512;
   constexpr int rings = 4, perRing = 12;
@@ -174,9 +175,10 @@ double hiddenShare(const PointSet& points, const std::vector<Eigen::Vector3f>& n
   return asked > 0 ? static_cast<double>(hidden) / static_cast<double>(asked) : 0;
 }
 
-/// Whether nearly all given normals look at one place, as those do that were turned to a viewpoint. Of all places it
-/// has the least sum of squares of the distances by which points look past it, which is convex: Newton steps find it.
-bool lookAtOnePlace(const PreparedPoints& prepared)
+/// The place that nearly all given normals look at, as those do that were turned to a viewpoint; none if there is no
+/// such place. Of all places it has the least sum of squares of the distances by which points look past it, which is
+/// convex: Newton steps find it.
+std::optional<Eigen::Vector3f> placeLookedAt(const PreparedPoints& prepared)
 {
   constexpr std::size_t most = 4096;
   constexpr double nearlyAll = .995;
@@ -200,10 +202,23 @@ bool lookAtOnePlace(const PreparedPoints& prepared)
       right += distance * normal;
     }
     if (past <= (1 - nearlyAll) * given)
-      return true;
+      return place.cast<float>();
     place += matrix.ldlt().solve(right);
   }
-  return false;
+  return {};
+}
+
+/// Whether other points hide many of the points from the place that all normals look at: a sensor there has not seen
+/// them, and did not tell the side of their normals.
+bool lookAtWhatHardlySeesThem(const PreparedPoints& prepared, Execution& execution)
+{
+  constexpr double many = .05;
+  const std::optional<Eigen::Vector3f> place = placeLookedAt(prepared);
+  if (!place)
+    return false;
+  PointArrays seen = prepared.points;
+  seen.sensors = {*place};
+  return hiddenShare(seen, prepared.points.spacings, execution) > many;
 }
 
 /// The share of the normals whose sign is unlike that of most others of the same smooth piece of surface.
@@ -228,8 +243,8 @@ bool isUneven(const PointSet& points)
 double hiddenOutside(const PointSet& points, const std::vector<Eigen::Vector3f>& normals, const NeighborSearch& search)
 {
   constexpr double few = .04;
-  const double outside = isUneven(points) ? hiddenShare(points, normals, 1, search) : 0;
-  return outside > few && hiddenShare(points, normals, -1, search) > outside ? outside : 0;
+  const double outside = isUneven(points) ? hiddenOnSide(points, normals, 1, search) : 0;
+  return outside > few && hiddenOnSide(points, normals, -1, search) > outside ? outside : 0;
 }
 
 bool isSeenFromOrigin(const std::vector<Eigen::Vector3f>& positions, const std::vector<Eigen::Vector3f>& normals,
@@ -268,7 +283,7 @@ GivenSigns judgeSigns(const PreparedPoints& prepared, const NeighborSearch& sear
     return GivenSigns::right;
   const bool isConsistent = opposed <= opposedSomewhere(points.size());
   const bool isFromOrigin = isSeenFromOrigin(points.positions, prepared.normals, points.offset, execution);
-  if (isFromOrigin ? isSampledFromOrigin(points) : isConsistent && looksOutward(points, prepared.normals))
+  if (isConsistent && (isFromOrigin ? isSampledFromOrigin(points) : looksOutward(points, prepared.normals)))
     return GivenSigns::right;
   const OrientationResult outward = orientNormals(points, prepared.normals, search, report.density,
                                                   OrientationVote::outward, options.orientation, execution);
@@ -278,14 +293,15 @@ GivenSigns judgeSigns(const PreparedPoints& prepared, const NeighborSearch& sear
   const double inward = disagreeingShare(prepared, outward.normals);
   if (outward.sideIsGuessed || isUneven(points)) {
     const double minority = minorityOfPieces(prepared, search, options, report, execution);
-    if (minority <= mayJoin || !lookAtOnePlace(prepared))
+    if (minority <= mayJoin || !lookAtWhatHardlySeesThem(prepared, execution))
       return GivenSigns::right;
     areWrong(minority, "point to the other side than most do on the same surface" + toOrigin);
     return !outward.sideIsGuessed && inward > .5 ? GivenSigns::mostlyInward : GivenSigns::wrong;
   }
   // The normals of rooms look inward as well. A sensor outside would not have seen the objects in a room.
   const bool mayBeRoom = inward > allLookInside && (isConsistent || !isFromOrigin);
-  if (inward <= mayDisagree || (mayBeRoom && hiddenShare(points, prepared.normals, -1, search) > mayBeHidden))
+  const std::vector<Eigen::Vector3f>& given = points.normals.empty() ? prepared.normals : points.normals;
+  if (inward <= mayDisagree || (mayBeRoom && hiddenOnSide(points, given, -1, search) > mayBeHidden))
     return GivenSigns::right;
   return areWrong(inward, "look into what the points enclose" + toOrigin);
 }

@@ -26,8 +26,9 @@ enum class GivenSigns : std::uint8_t {
 /// Judges the given normals' signs. They are errors, with a warning, if
 /// - a quarter of the neighbors on smooth surface have opposite signs; or no sensor is known, and
 /// - the points enclose a volume, and more than a tenth of the normals look into it; or
-/// - all look at one place, and on an open surface, or one that may be seen from within, more than a twentieth
-///   contradicts the majority of its smooth piece.
+/// - all look at one place from which more than a twentieth of the points are hidden, and on an open surface, or one
+/// that
+///   may be seen from within, more than a twentieth contradicts the majority of its smooth piece.
 /// In a room all normals look inward. Uneven spacing, and objects in it, tell it from an object. See src/method.md.
 /// \param search holds the points. Cost: some thousand queries; if there are doubts, two orientations as well; if all
 /// normals look inward, some hundred thousand queries.

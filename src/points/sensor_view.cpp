@@ -28,7 +28,7 @@ SensorView::SensorView(const Eigen::Vector3f& sensor, const std::vector<Eigen::V
     : sensor_(sensor.cast<double>()), seen_(positions.size()), distances_(positions.size()), search_(makePointBins())
 {
   const BoundingBox box = boundingBox(positions);
-  radius_ = (sensor_ - (box.lower + box.upper).cast<double>() / 2).norm();
+  radius_ = std::max((sensor_ - (box.lower + box.upper).cast<double>() / 2).norm(), double{box.diagonal()} / 2);
   forEach(execution, positions.size(), 4096, [&](std::size_t i) {
     seen_[i] = onSphere(positions[i]);
     distances_[i] = distance(positions[i]);

@@ -23,7 +23,8 @@ float clearance(float spacing, float deviation);
 constexpr float maxDiagonals = 100;
 
 /// Points moved along their lines of sight onto a sphere around their sensor, where points behind each other are
-/// neighbors. The sphere is as large as the points are far away, so that a far sensor tells them apart as well.
+/// neighbors. The sphere is as large as the points are far away, or as they are wide, so that any sensor tells them
+/// apart.
 class SensorView {
 public:
   /// \param positions search() holds these positions as moved onto the sphere, in their order

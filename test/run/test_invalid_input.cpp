@@ -149,6 +149,7 @@ TEST(BadInput, NormalsThatAreMissingOrOnTheWrongSide)
                {"a cap of a seventh looks inward", 0, capInward, 0, true, "setNormalSource(use)", ball},
                {"all look inward", 3, every(1, -1), 0, true, "setNormalSource(use)", ball},
                {"they look at the viewpoint that PCL's NormalEstimation supposes", 3, toOrigin, 0, true, "", ball},
+               {"the same viewpoint, far away", 100, toOrigin, 0, true, "", ball},
                {"a room, seen whole from within", 0, every(1, -1), 0, false, "", -ball}};
   for (const auto& given : cases) {
     SCOPED_TRACE(given.name);
@@ -177,6 +178,17 @@ TEST(BadInput, NormalsThatAreMissingOrOnTheWrongSide)
     EXPECT_FALSE(report.signsOpposed) << "as they were asked for";
     EXPECT_EQ(report.vote, pcl::mrf::OrientationVote::none);
   }
+}
+
+TEST(BadInput, NormalsThatLookInwardAreTurnedIfSomeAreMissing)
+{
+  const Cloud::Ptr cloud = sphereCloud();
+  for (std::size_t n = 0; n < cloud->size(); ++n)
+    (*cloud)[n].getNormalVector3fMap() *= n % 10 == 0 ? 0.f : -1.f;
+  On<pcl::PointNormal> mrf(cloud);
+  run(mrf);
+  EXPECT_TRUE(mrf.getReport().signsOpposed);
+  EXPECT_NEAR(mrf.getReport().mesh.volume, 4. / 3 * M_PI, .1);
 }
 
 /// Objects whose outside is clearer from their normals than from their points.
