@@ -214,7 +214,7 @@ bool lookAtWhatHardlySeesThem(const PreparedPoints& prepared, Execution& executi
 {
   constexpr double many = .05;
   const std::optional<Eigen::Vector3f> place = placeLookedAt(prepared);
-  if (!place)
+  if (!place || prepared.points.spacings.empty())
     return false;
   PointArrays seen = prepared.points;
   seen.sensors = {*place};

@@ -129,9 +129,9 @@ OrientedPoints orientPoints(PreparedPoints prepared, const Options& options, Nei
         orientNormals(points, prepared.normals, search, report.density, report.vote, options.orientation, execution);
     report.orientation = oriented.summary();
   }
-  const double hidden = report.vote == OrientationVote::outward && signs != GivenSigns::mostlyInward
-                            ? hiddenOutside(points, oriented.normals, search)
-                            : 0;
+  const bool enclosesAll = report.vote == OrientationVote::outward && !oriented.sideIsGuessed;
+  const double hidden =
+      enclosesAll && signs != GivenSigns::mostlyInward ? hiddenOutside(points, oriented.normals, search) : 0;
   if (signs == GivenSigns::mostlyInward || hidden > 0)
     for (Eigen::Vector3f& normal : oriented.normals)
       normal = -normal;
