@@ -428,6 +428,8 @@ RunSummary runJob(const Job& job, const Command& command, pcl::mrf::Report& repo
     throw FileError(inputName(job), error.message());
   } catch (...) {
     fail();
+    if (interrupted != 0) // while it waited for input
+      throw pcl::mrf::Cancelled("interrupted");
     throw;
   }
 }
@@ -523,9 +525,10 @@ int run(const Command& given, pcl::mrf::TaskRunner* ranks)
   if (first.output == "-" && first.outputFormat != "obj" && isatty(STDOUT_FILENO) != 0)
     throw UsageError("OUTPUT: standard output is a terminal, and " + first.outputFormat + " is no text; name a file");
   // From here on there are temporary files to remove on signals.
-  const auto handler = isRank() ? endBySignal : interrupt; // mpirun kills its ranks some milliseconds later
-  std::signal(SIGINT, handler);
-  std::signal(SIGTERM, handler);
+  struct sigaction action = {}; // also ends calls that wait for input, as std::signal's do not
+  action.sa_handler = isRank() ? endBySignal : interrupt; // mpirun kills its ranks some milliseconds later
+  sigaction(SIGINT, &action, nullptr);
+  sigaction(SIGTERM, &action, nullptr);
   const int status = runJobs(command);
   if (results && status == exitDone)
     results->remove();

@@ -235,6 +235,17 @@ TEST_F(ToolStreams, SignalsLeaveNothing)
   }
 }
 
+TEST_F(ToolStreams, OneSignalEndsAToolThatWaitsForInput)
+{
+  const tool::Outcome outcome = shell(
+      "mkfifo nobody.xyz; env --default-signal=INT timeout 20 $TOOL nobody.xyz out.ply -q & until ls -A | grep -q "
+      "part; do sleep .01; kill -0 $! || exit 99; done; sleep .2; kill -INT $!; wait $!");
+  EXPECT_EQ(outcome.status, 3) << outcome.err;
+  EXPECT_NE(outcome.err.find("interrupted"), std::string::npos) << outcome.err;
+  std::filesystem::remove(path("nobody.xyz"));
+  EXPECT_EQ(results(), std::vector<std::string>{});
+}
+
 TEST_F(ToolStreams, AReaderThatGoesAwayIsNoError)
 {
   const tool::Outcome outcome = shell("{ $TOOL sphere.xyz out.ply -v; echo $? > status; } | true");
