@@ -223,6 +223,8 @@ void requirePoints(const PointSet& points, const Report& report)
       text << separator << count << " " << what;
       separator = ", ";
     }
+  if (points.size() == 1 && (points.positions.front().cast<double>() + points.offset).isZero(0))
+    text << "; all are at 0 0 0, as where PCL's points, which are floats, were filled from a file with doubles";
   throw InvalidInput(text.str());
 }
 

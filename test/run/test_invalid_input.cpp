@@ -43,6 +43,10 @@ TEST(BadInput, CloudsWithoutASurface)
   expectInvalidCloud<pcl::PointNormal>(Cloud::Ptr(new Cloud(50, 1, sphereCloud()->front())));
   expectInvalidCloud<pcl::PointXYZ>(
       pcl::PointCloud<pcl::PointXYZ>::Ptr(new pcl::PointCloud<pcl::PointXYZ>(50, 1, pcl::PointXYZ(1, 2, 3))));
+  EXPECT_NE(expectInvalidCloud<pcl::PointXYZ>(
+                pcl::PointCloud<pcl::PointXYZ>::Ptr(new pcl::PointCloud<pcl::PointXYZ>(50, 1, pcl::PointXYZ())))
+                .find("from a file with doubles"),
+            std::string::npos);
   pcl::PointCloud<pcl::PointXYZ>::Ptr line(new pcl::PointCloud<pcl::PointXYZ>);
   for (int i = 0; i < 100; ++i)
     line->push_back(pcl::PointXYZ(.01f * static_cast<float>(i), .02f * static_cast<float>(i), 0));
