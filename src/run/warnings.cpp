@@ -62,7 +62,6 @@ void warnOfDroppedPoints(Report& report)
   constexpr double percent = 2;
   const PointCounts& counts = report.points;
   const std::pair<std::int64_t, const char*> rules[] = {
-      {counts.zeroConfidence, "have no confidence above 0, by the field that tells it"},
       {counts.outliersAlone, "stand alone (outliers.alone)"},
       {counts.mixedPixels, "lie between two surfaces that their sensor saw (outliers.alone)"},
       {counts.ghosts, "were seen through by other sensors, as what moves is (outliers.alone)"},
