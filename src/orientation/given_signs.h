@@ -26,9 +26,8 @@ enum class GivenSigns : std::uint8_t {
 /// Judges the given normals' signs. They are errors, with a warning, if
 /// - a quarter of the neighbors on smooth surface have opposite signs; or no sensor is known, and
 /// - the points enclose a volume, and more than a tenth of the normals look into it; or
-/// - all look at one place from which more than a twentieth of the points are hidden, and on an open surface, or one
-/// that
-///   may be seen from within, more than a twentieth contradicts the majority of its smooth piece.
+/// - all look at one place, which more than a twentieth of the points are hidden from, and more than a twentieth of the
+///   normals contradicts the majority of its smooth piece: on an open surface, or one that may be seen from within.
 /// In a room all normals look inward. Uneven spacing, and objects in it, tell it from an object. See src/method.md.
 /// \param search holds the points. Cost: some thousand queries; if there are doubts, two orientations as well; if all
 /// normals look inward, some hundred thousand queries.
@@ -40,8 +39,8 @@ GivenSigns judgeSigns(const PreparedPoints& prepared, const NeighborSearch& sear
 bool isUneven(const PointSet& points);
 
 /// The share of points that can hardly be seen from outside, if that and uneven spacing tell that they were scanned
-/// from within what they enclose; else 0. The points of an object in a room are hidden behind its walls. \param normals
-/// that point outward \param search holds the points
+/// from within what they enclose; else 0. The points of an object in a room are hidden behind its walls.
+/// \param search holds the points \param normals that point out of what the points enclose
 double hiddenOutside(const PointSet& points, const std::vector<Eigen::Vector3f>& normals, const NeighborSearch& search);
 
 /// Whether the normals tell that a sensor was at the origin: all but one in 1,000 look at it. Half of the normals of a

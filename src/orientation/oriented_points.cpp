@@ -75,8 +75,7 @@ void warnOfDisagreement(const PointSet& points, double hidden, const Options& op
     text << "nearest sensors; give the positions of all, and tell which of them saw each point (RawCloud::views)";
   else
     text << "sensors, which cannot have seen all points; give the positions of all sensors (RawCloud::sensors), or "
-            "leave "
-            "them out, a cloud's own by orientation.sensorOrigin = off";
+            "leave them out, a cloud's own by orientation.sensorOrigin = off";
   report.warnings.push_back(text.str());
 }
 
