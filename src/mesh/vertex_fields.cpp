@@ -102,13 +102,6 @@ float Support::sparseness(const Eigen::Vector3f& position, Neighbors& scratch) c
   return points_.spacings[scratch.indices[0]] / spacing_;
 }
 
-float Support::margin(const Eigen::Vector3f& position, Neighbors& scratch) const
-{
-  if (search_.nearest(position, 1, scratch) < 1)
-    return -std::numeric_limits<float>::infinity();
-  return reach(static_cast<std::size_t>(scratch.indices[0])) - std::sqrt(scratch.squaredDistances[0]);
-}
-
 float Support::confidence(const Eigen::Vector3f& position, ConfidenceShape shape, Neighbors& scratch) const
 {
   if (search_.nearest(position, 1, scratch) < 1)

@@ -30,9 +30,6 @@ public:
   const OrientedPoints& points() const { return points_; }
   const NeighborSearch& search() const { return search_; }
 
-  /// The nearest point's reach minus its distance from a position: ≤ 0 without support, −inf without points.
-  float margin(const Eigen::Vector3f& position, Neighbors& scratch) const;
-
   /// Max reach of a point, cloud's unit.
   float farthestReach() const
   {

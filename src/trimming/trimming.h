@@ -44,11 +44,11 @@ struct TrimResult : TrimSummary {
 TrimResult trim(TriangleMesh mesh, const OrientedPoints& points, const NeighborSearch& search, float diagonal,
                 const TrimmingOptions& options, Execution& execution);
 
-/// Pulls border vertices without support back to where support ends: trimming cuts along edges, up to one edge farther.
-/// A vertex moves along the edge on which support is closest, less far if a triangle around it would turn over, and not
-/// at all if triangles at borders would intersect. A border through fillings stays.
-/// \return the number of vertices that moved; normals and confidences stay as before
-/// Cost: linear, and some queries per vertex of a border.
+/// Cuts the mesh where the points end: half a spacing outside of the last ones. Trimming leaves all that points
+/// support, which is some two spacings more, and cuts along edges. Fillings with points to both sides stay, others at
+/// the border go. No triangle moves, so none comes to intersect another. \param mesh with confidences; the arrays of a
+/// vertex are interpolated on an edge that is cut, without sigmas \return the number of triangles that were dropped or
+/// cut Cost: linear, and a query for each vertex beyond the points and of fillings at the border.
 std::int64_t tightenBorders(TriangleMesh& mesh, const Support& support, Execution& execution);
 
 } // namespace pcl::mrf

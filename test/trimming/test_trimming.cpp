@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "mesh/mesh_topology.h"
 #include "mesh/self_intersection.h"
 #include "mesh/vertex_fields.h"
 #include "points/sampling_density.h"
@@ -622,95 +623,102 @@ TEST(Trimming, doesNotDependOnThreads)
   });
 }
 
-/// The support at the border vertices of a mesh: at the ends of edges with one triangle, each vertex twice.
-std::vector<float> marginsAtBorder(const TriangleMesh& mesh, const Support& support)
+/// The angles from +z of the border's vertices on the upper half of the unit sphere, each vertex twice.
+std::vector<double> anglesOfUpperBorder(const TriangleMesh& mesh)
 {
-  std::vector<float> margins;
-  Neighbors scratch;
+  std::vector<double> angles;
   for (const auto& edge : meshes::boundaryOf(mesh))
     for (const std::int32_t v : {edge.first, edge.second})
-      margins.push_back(support.margin(mesh.vertices[static_cast<std::size_t>(v)], scratch));
-  return margins;
+      if (const Vector3f& x = mesh.vertices[static_cast<std::size_t>(v)]; x.z() > 0)
+        angles.push_back(std::atan2(x.head<2>().norm(), x.z()));
+  return angles;
 }
 
-TEST(TightenBorders, endsTheSurfaceWhereSupportEnds)
+double meanOf(const std::vector<double>& values)
 {
-  // Voxels about as wide as the support reaches.
-  const Scene scene(shapes::sphere(1), cappedSphere(.8, .6), 14);
-  const Support support(scene.observed, *scene.search, static_cast<float>(reach), 0);
-  const TriangleMesh cut = scene.trim(Trimming::supported, 100).mesh;
-  TriangleMesh mesh = cut;
-  EXPECT_GT(tightenBorders(mesh, support, serial), 0);
-  EXPECT_EQ(mesh.triangles, cut.triangles);
-  expectSound(mesh);
-  const auto farthest = [&](const TriangleMesh& of) {
-    const std::vector<float> margins = marginsAtBorder(of, support);
-    return -*std::min_element(margins.begin(), margins.end());
+  return std::accumulate(values.begin(), values.end(), 0.) / static_cast<double>(values.size());
+}
+
+/// Drops the triangles all of whose corners meet the condition.
+template <typename Condition>
+void dropWhere(TriangleMesh& mesh, const Condition& holds)
+{
+  const auto isInside = [&](const Triangle& t) {
+    return std::all_of(t.begin(), t.end(),
+                       [&](std::int32_t v) { return holds(mesh.vertices[static_cast<std::size_t>(v)]); });
   };
-  const auto mean = [&](const TriangleMesh& of) {
-    const std::vector<float> margins = marginsAtBorder(of, support);
-    return std::accumulate(margins.begin(), margins.end(), 0.) / static_cast<double>(margins.size());
-  };
-  const double edge = measure(cut).meanEdge, longest = measure(cut).maxEdge;
-  EXPECT_GT(farthest(cut), .5 * edge) << "else there is nothing to see";
-  EXPECT_LT(farthest(mesh), .4 * edge);
-  EXPECT_NEAR(mean(mesh), 0, .1 * edge);
-  for (std::size_t v = 0; v < mesh.vertices.size(); ++v)
-    EXPECT_NEAR(mesh.vertices[v].norm(), 1, longest * longest / 8 + 1e-3) << "chords of the sphere";
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    const auto corner = [&](std::size_t i) { return mesh.vertices[static_cast<std::size_t>(mesh.triangles[t][i])]; };
-    EXPECT_GT((corner(1) - corner(0)).cross(corner(2) - corner(0)).dot(corner(0)), 0);
+  mesh.triangles.erase(std::remove_if(mesh.triangles.begin(), mesh.triangles.end(), isInside), mesh.triangles.end());
+}
+
+TEST(TightenBorders, endsTheSurfaceAtTheLastPoints)
+{
+  constexpr double angle = .8;
+  for (const int voxels : {14, 40}) { // some three times as wide as the spacing, and as wide
+    const Scene scene(shapes::sphere(1), cappedSphere(angle, .6), voxels);
+    const Support support(scene.observed, *scene.search, static_cast<float>(reach), 0);
+    TriangleMesh mesh = scene.trim(Trimming::supported, 100).mesh;
+    EXPECT_GT(angle - meanOf(anglesOfUpperBorder(mesh)), 1.5 * spacing) << "else there is nothing to see";
+    EXPECT_GT(tightenBorders(mesh, support, serial), 0);
+    expectSound(mesh);
+    EXPECT_TRUE(selfIntersectingTriangles(mesh).empty());
+    EXPECT_EQ(measure(mesh).components, 1);
+    EXPECT_EQ(measure(mesh).boundaryLoops, 2);
+    const std::vector<double> angles = anglesOfUpperBorder(mesh);
+    EXPECT_NEAR(meanOf(angles), angle, .5 * spacing);
+    EXPECT_GT(*std::min_element(angles.begin(), angles.end()), angle - 1.5 * spacing);
+    EXPECT_LT(*std::max_element(angles.begin(), angles.end()), angle + spacing);
+    for (const Triangle& t : mesh.triangles)
+      EXPECT_GT(TriangleCorners(mesh, t).cross().dot(TriangleCorners(mesh, t).a), 0);
   }
 }
 
-TEST(TightenBorders, leavesBordersOfFillingsAndClosedMeshes)
+TEST(TightenBorders, leavesClosedMeshesAndFillingsWithPointsToBothSides)
 {
   const Scene scene(shapes::sphere(1), cappedSphere(.6, 0));
   const Support support(scene.observed, *scene.search, static_cast<float>(reach), 0);
   TriangleMesh closed = scene.mesh;
   EXPECT_EQ(tightenBorders(closed, support, serial), 0);
   EXPECT_EQ(closed.vertices, scene.mesh.vertices);
-  // Half of the filling is cut away by hand, far from the points.
+  // The middle of the filling is cut away by hand, far from the points.
   TriangleMesh holed = scene.mesh;
-  const auto isTop = [&](const Triangle& t) {
-    return std::all_of(t.begin(), t.end(),
-                       [&](std::int32_t v) { return holed.vertices[static_cast<std::size_t>(v)].z() > .98f; });
-  };
-  holed.triangles.erase(std::remove_if(holed.triangles.begin(), holed.triangles.end(), isTop), holed.triangles.end());
+  dropWhere(holed, [](const Vector3f& x) { return x.z() > .98f; });
   ASSERT_LT(holed.triangles.size(), scene.mesh.triangles.size());
   const std::vector<Vector3f> before = holed.vertices;
   EXPECT_EQ(tightenBorders(holed, support, serial), 0);
   EXPECT_EQ(holed.vertices, before);
 }
 
-TEST(TightenBorders, makesNoTrianglesIntersect)
+TEST(TightenBorders, keepsStripsNarrowerThanAVoxel)
 {
-  // A point at the second vertex supports that alone. Towards it the first vertex, which is on the border, would drag
-  // the third triangle over the splinter, another surface below it.
-  TriangleMesh mesh;
-  mesh.vertices = {{0, 0, 0}, {1, 0, 0}, {.5f, -.8f, 0}, {.5f, .8f, 0}, {-.5f, .8f, .5f}};
-  mesh.triangles = {{0, 2, 1}, {0, 1, 3}, {0, 3, 4}};
-  OrientedPoints observed;
-  observed.positions = {mesh.vertices[1]};
-  observed.normals = {Vector3f::UnitZ()};
-  const auto search = clouds::searchOf(observed);
-  const Support support(observed, *search, .6f, 0);
-  TriangleMesh alone = mesh;
-  ASSERT_GT(tightenBorders(alone, support, serial), 0);
-  ASSERT_NE(alone.vertices[0], mesh.vertices[0]);
-
-  const auto middleOf = [](const TriangleMesh& of, std::size_t t) -> Vector3f {
-    const auto corner = [&](std::size_t i) { return of.vertices[static_cast<std::size_t>(of.triangles[t][i])]; };
-    return (corner(0) + corner(1) + corner(2)) / 3;
-  };
-  const Vector3f between = middleOf(alone, 2);
-  const auto first = static_cast<std::int32_t>(mesh.vertices.size());
-  for (const Vector3f& corner : {Vector3f(0, 0, -.02f), Vector3f(.02f, 0, .02f), Vector3f(0, .02f, .02f)})
-    mesh.vertices.push_back(between + corner);
-  mesh.triangles.push_back({first, first + 1, first + 2});
-  ASSERT_TRUE(selfIntersectingTriangles(mesh).empty());
+  const Scene scene(shapes::plane({0, 0, 1}),
+                    shapes::filter(shapes::sample(shapes::plane({0, 0, 1}), 1, spacing),
+                                   [](const Vector3f& x) { return std::abs(x.x()) < 1.5 * spacing; }),
+                    10);
+  const Support support(scene.observed, *scene.search, static_cast<float>(reach), 0);
+  TriangleMesh mesh = scene.trim(Trimming::supported, 100).mesh;
+  ASSERT_GT(measure(mesh).meanEdge, 3 * spacing);
   tightenBorders(mesh, support, serial);
-  EXPECT_TRUE(selfIntersectingTriangles(mesh).empty());
+  EXPECT_GT(measure(mesh).area, .9 * 2 * 3 * spacing) << "as large as the strip";
+  EXPECT_EQ(measure(mesh).components, 1);
+}
+
+TEST(TightenBorders, dropsFillingsThatStickOut)
+{
+  const Scene scene(shapes::plane({0, 0, 1}), shapes::filter(shapes::sample(shapes::plane({0, 0, 1}), 1.2, spacing),
+                                                             [](const Vector3f& x) { return x.x() < 0; }));
+  const Support support(scene.observed, *scene.search, static_cast<float>(reach), 0);
+  TriangleMesh mesh = scene.mesh;
+  dropWhere(mesh, [](const Vector3f& x) { return x.x() > reach && !(x.x() < .7f && std::abs(x.y()) < .3f); });
+  const auto extent = [&] {
+    float farthest = -1;
+    for (const Triangle& t : mesh.triangles)
+      for (const std::int32_t v : t)
+        farthest = std::max(farthest, mesh.vertices[static_cast<std::size_t>(v)].x());
+    return farthest;
+  };
+  EXPECT_GT(extent(), .6f);
+  tightenBorders(mesh, support, serial);
+  EXPECT_NEAR(extent(), 0, 2 * spacing);
 }
 
 TEST(Trimming, needsConfidences)
