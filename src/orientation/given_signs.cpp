@@ -38,6 +38,10 @@ constexpr double mayJoin = .05;
 /// Max share of hidden points of an object that was seen from outside.
 constexpr double mayBeHidden = .02;
 
+/// Sparsity of hidden points above which few rays from outside reached them, as in a bore. What stands in a room is
+/// hidden from outside, but not much sparser than the walls.
+constexpr double sparse = .86;
+
 /// Whether a point's normal is the cloud's own.
 bool isGiven(const PreparedPoints& prepared, std::size_t i)
 {
@@ -145,8 +149,17 @@ bool seesOut(const PointSet& points, const NeighborSearch& search, const Boundin
   }
 }
 
-/// The share of the points that are hardly seen from outside on the side of their normals times this sign.
-double hiddenOnSide(const PointSet& points, const std::vector<Eigen::Vector3f>& normals, float sign,
+/// Points that are hardly seen from outside.
+struct Hidden {
+  double share = 0;    ///< of all points
+  double sparsity = 0; ///< share of all points that are denser than the median of these
+
+  /// Whether they tell of a scan from outside.
+  bool areHardlyReached() const { return share > mayBeHidden && sparsity > sparse; }
+};
+
+/// The points that are hardly seen from outside on the side of their normals times this sign.
+Hidden hiddenOnSide(const PointSet& points, const std::vector<Eigen::Vector3f>& normals, float sign,
                     const NeighborSearch& search)
 {
   constexpr std::size_t most = 512;
@@ -155,7 +168,7 @@ double hiddenOnSide(const PointSet& points, const std::vector<Eigen::Vector3f>& 
   constexpr int few = 5;       // directions: a point is seen in more of them
   const BoundingBox box = boundingBox(points.positions);
   const std::size_t asked = points.spacings.empty() ? 0 : std::min(points.size(), most);
-  std::size_t hidden = 0;
+  std::vector<float> hidden, all; // spacings
   Neighbors nearest;
   for (std::size_t n = 0; n < asked; ++n) {
     const std::size_t i = n * points.size() / asked;
@@ -170,9 +183,16 @@ double hiddenOnSide(const PointSet& points, const std::vector<Eigen::Vector3f>& 
                      std::cos(angle) * axis + std::sin(angle) * (std::cos(turn) * across + std::sin(turn) * third),
                      nearest);
     }
-    hidden += out <= few ? 1 : 0;
+    all.push_back(points.spacings[i]);
+    if (out <= few)
+      hidden.push_back(points.spacings[i]);
   }
-  return asked > 0 ? static_cast<double>(hidden) / static_cast<double>(asked) : 0;
+  if (hidden.empty())
+    return {};
+  const auto denser =
+      std::count_if(all.begin(), all.end(), [limit = median(hidden)](float spacing) { return spacing < limit; });
+  const auto total = static_cast<double>(all.size());
+  return {static_cast<double>(hidden.size()) / total, static_cast<double>(denser) / total};
 }
 
 /// The place that nearly all given normals look at, as those do that were turned to a viewpoint; none if there is no
@@ -243,8 +263,10 @@ bool isUneven(const PointSet& points)
 double hiddenOutside(const PointSet& points, const std::vector<Eigen::Vector3f>& normals, const NeighborSearch& search)
 {
   constexpr double few = .04;
-  const double outside = isUneven(points) ? hiddenOnSide(points, normals, 1, search) : 0;
-  return outside > few && hiddenOnSide(points, normals, -1, search) > outside ? outside : 0;
+  const Hidden outside = isUneven(points) ? hiddenOnSide(points, normals, 1, search) : Hidden();
+  const bool isRoom = outside.share > few && !outside.areHardlyReached() &&
+                      hiddenOnSide(points, normals, -1, search).share > outside.share;
+  return isRoom ? outside.share : 0;
 }
 
 bool isSeenFromOrigin(const std::vector<Eigen::Vector3f>& positions, const std::vector<Eigen::Vector3f>& normals,
@@ -296,12 +318,14 @@ GivenSigns judgeSigns(const PreparedPoints& prepared, const NeighborSearch& sear
     if (minority <= mayJoin || !lookAtWhatHardlySeesThem(prepared, execution))
       return GivenSigns::right;
     areWrong(minority, "point to the other side than most do on the same surface" + toOrigin);
-    return !outward.sideIsGuessed && inward > .5 ? GivenSigns::mostlyInward : GivenSigns::wrong;
+    const bool isFromWithin =
+        !outward.sideIsGuessed && inward > .5 && !hiddenOnSide(points, outward.normals, 1, search).areHardlyReached();
+    return isFromWithin ? GivenSigns::mostlyInward : GivenSigns::wrong;
   }
   // The normals of rooms look inward as well. A sensor outside would not have seen the objects in a room.
   const bool mayBeRoom = inward > allLookInside && (isConsistent || !isFromOrigin);
   const std::vector<Eigen::Vector3f>& given = points.normals.empty() ? prepared.normals : points.normals;
-  if (inward <= mayDisagree || (mayBeRoom && hiddenOnSide(points, given, -1, search) > mayBeHidden))
+  if (inward <= mayDisagree || (mayBeRoom && hiddenOnSide(points, given, -1, search).share > mayBeHidden))
     return GivenSigns::right;
   return areWrong(inward, "look into what the points enclose" + toOrigin);
 }

@@ -39,7 +39,8 @@ GivenSigns judgeSigns(const PreparedPoints& prepared, const NeighborSearch& sear
 bool isUneven(const PointSet& points);
 
 /// The share of points that can hardly be seen from outside, if that and uneven spacing tell that they were scanned
-/// from within what they enclose; else 0. The points of an object in a room are hidden behind its walls.
+/// from within what they enclose; else 0. The points of an object in a room are hidden behind its walls. (In a bore
+/// points are hidden, too, but sparse.)
 /// \param search holds the points \param normals that point out of what the points enclose
 double hiddenOutside(const PointSet& points, const std::vector<Eigen::Vector3f>& normals, const NeighborSearch& search);
 

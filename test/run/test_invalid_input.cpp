@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Input that cannot be reconstructed, or only in part: each case fails clearly or counts what it drops.
+#include "support/clouds.h"
 #include "support/contract.h"
 
 #include <pcl/common/io.h>
@@ -318,6 +319,26 @@ TEST(BadInput, HiddenPointsTellARoom)
     ASSERT_EQ(bare.getReport().warnings.size(), 1u);
     EXPECT_NE(bare.getReport().warnings[0].find(hasObject ? "the inside" : "the outside"), std::string::npos);
   }
+}
+
+/// What few rays from outside reach, as the inside of a casting, is hidden as well, but sparse.
+TEST(BadInput, HiddenPointsThatAreSparseTellNoRoom)
+{
+  constexpr double outer = 1, inner = .6;
+  pcl::mrf::PointSet hollow = shapes::sample(shapes::sphere(outer), 1.2, .04);
+  clouds::append(hollow, shapes::sample(shapes::sphere(inner), 1.2, .095));
+  const Cloud::Ptr cloud = conversion::make<pcl::PointNormal>(hollow);
+  turnNormalsTo({2, 0, 0}, *cloud);
+  On<pcl::PointNormal> mrf(cloud);
+  const pcl::PointCloud<pcl::PointXYZ>::Ptr positions(new pcl::PointCloud<pcl::PointXYZ>);
+  pcl::copyPointCloud(*cloud, *positions);
+  On<pcl::PointXYZ> bare(positions);
+  run(mrf);
+  run(bare);
+  constexpr double volume = 4 * M_PI / 3 * (outer * outer * outer - inner * inner * inner);
+  EXPECT_TRUE(mrf.getReport().signsOpposed);
+  EXPECT_NEAR(mrf.getReport().mesh.volume, volume, .1);
+  EXPECT_NEAR(bare.getReport().mesh.volume, volume, .1);
 }
 
 TEST(BadInput, TerrainWhoseNormalsAreTurnedToAPointInItFacesUp)
