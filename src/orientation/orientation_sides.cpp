@@ -2,6 +2,7 @@
 #include "orientation/orientation_sides.h"
 
 #include "base/select_values.h"
+#include "orientation/given_signs.h"
 
 #include <Eigen/Geometry>
 
@@ -21,8 +22,9 @@ constexpr double maxOpenWithoutWarning = .05;
 /// Correlation of depth and spacing above which the side of the scanner shows.
 constexpr double decisiveCorrelation = .6;
 
-/// A height field is terrain if its axis has a cosine above `upright` with z, and above `shallow` with its mean normal.
-constexpr double upright = .95, shallow = .8;
+/// A height field is terrain if its axis has a cosine above `upright` with z, and above `shallow` with its mean normal;
+/// a steeper one as well if a sensor was amid it, as in a street.
+constexpr double upright = .85, shallow = .8;
 
 /// Skewness of heights above which the side that things stand on shows.
 constexpr double decisiveSkewness = .3;
@@ -273,7 +275,7 @@ private:
         along += std::abs(extents_[c].vectorArea.dot(axis));
         area += extents_[c].area;
       }
-    return std::abs(axis.z()) > upright && along > shallow * area;
+    return std::abs(axis.z()) > upright && (along > shallow * area || isUneven(points_));
   }
 
   /// > 0 if the open components together face away from their middle, < 0 if they face it, 0 if neither is clear.

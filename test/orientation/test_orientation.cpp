@@ -345,6 +345,30 @@ TEST(Orientation, TerrainFacesUpWhateverItsShape)
   }
 }
 
+TEST(Orientation, WhatWasSeenFromAmidItFacesUp)
+{
+  // A sloping street between two walls, denser near a scanner amid it.
+  const Vector3f scanner(0, 0, .3f);
+  const Eigen::AngleAxisf slope(.4f, Vector3f::UnitX());
+  PointSet points;
+  std::mt19937 random(1);
+  std::uniform_real_distribution<float> uniform(0, 1);
+  const auto scan = [&](std::size_t count, const Vector3f& corner, const Vector3f& along, const Vector3f& across) {
+    for (std::size_t n = 0; n < count; ++n) {
+      const Vector3f at = corner + uniform(random) * along + uniform(random) * across;
+      if (uniform(random) < .2f / (at - scanner).squaredNorm())
+        clouds::append(points, slope * at, slope * across.cross(along).normalized());
+    }
+  };
+  scan(30000, {-1, -3, 0}, {0, 6, 0}, {2, 0, 0});
+  scan(30000, {-1, -3, 0}, {0, 0, 2}, {0, 6, 0});
+  scan(30000, {1, -3, 0}, {0, 6, 0}, {0, 0, 2});
+  points.spacings = localSpacings(points, measureNeighbors(points, *clouds::searchOf(points), serial), serial);
+  const OrientationResult result = estimateAndOrient(points, OrientationVote::outward);
+  EXPECT_TRUE(result.sideIsGuessed);
+  EXPECT_GT(shareRight(points, result), .99);
+}
+
 TEST(Orientation, TheSideWhereTheScannerWasShowsInTheSpacing)
 {
   // A corner of three walls seen by a camera on their inner side: the outward vote is wrong about it.
