@@ -149,7 +149,7 @@ OrientedPoints orientPoints(PreparedPoints prepared, const Options& options, Nei
     points.sensors.emplace_back((-points.offset).cast<float>());
     if (options.outliers.alone) {
       std::vector<std::uint8_t> keep(points.size(), 1);
-      report.points.mixedPixels = dropMixedPixels(points, keep, execution);
+      report.points.mixedPixels = dropMixedPixels(points, search, keep, execution);
       reduce(points, keep, search, execution);
     }
   }

@@ -2,6 +2,7 @@
 #include "points/mixed_pixels.h"
 
 #include "base/select_values.h"
+#include "points/local_plane.h"
 #include "points/sensor_view.h"
 
 #include <algorithm>
@@ -33,6 +34,10 @@ constexpr std::size_t dense = 200;
 /// is the quantile `typical` of how much points of that range differ from the median range of their neighbors.
 constexpr float clearly = 4;
 constexpr double typical = .8;
+
+/// A point with these signs stays if its nearest points are flat, it is off their plane by at most `inPlane` of their
+/// radius, and the cosine between the plane's normal and its line of sight is above `crossing`.
+constexpr double inPlane = .1, crossing = .15;
 
 /// If fewer than one in `rare` of a sensor's points are mixed, none is dropped.
 constexpr std::size_t rare = 4000;
@@ -131,10 +136,23 @@ private:
   std::map<int, float> steps_;
 };
 
+/// Whether the line of sight crosses a surface through its point. It does on a wall between the edge of a roof and the
+/// ground, of which the sensor saw little. Sheets of mixed pixels lie along the lines of sight.
+bool isCrossed(const std::vector<Eigen::Vector3f>& positions, std::uint32_t point, const Eigen::Vector3f& sensor,
+               const NeighborSearch& search, Neighbors& around)
+{
+  const Eigen::Vector3f& position = positions[point];
+  const auto found = static_cast<std::size_t>(search.nearest(position, nearestNeighbors, around));
+  const Plane plane = fitPlane(positions, around.indices.data(), found, position);
+  const double radius = std::sqrt(double{around.squaredDistances[found - 1]});
+  return plane.isSound() && plane.isFlat() && plane.distance <= inPlane * radius &&
+         std::abs(plane.normal.dot((position - sensor).cast<double>().normalized())) > crossing;
+}
+
 /// The mixed pixels among a sensor's points; none if they are rare.
 std::vector<std::uint32_t> mixedAmong(const std::vector<std::uint32_t>& seen, const Eigen::Vector3f& sensor,
                                       const std::vector<Eigen::Vector3f>& positions, std::ptrdiff_t maxOthers,
-                                      Execution& execution)
+                                      const NeighborSearch& search, Execution& execution)
 {
   std::vector<std::uint32_t> mixed;
   if (seen.size() <= besides)
@@ -142,8 +160,9 @@ std::vector<std::uint32_t> mixedAmong(const std::vector<std::uint32_t>& seen, co
   const DepthView view(sensor, selectValues(positions, seen), execution);
   const std::vector<std::uint8_t> isMixed = view.findMixed(maxOthers, execution);
   execution.poll();
+  Neighbors around;
   for (std::size_t n = 0; n < seen.size(); ++n)
-    if (isMixed[n])
+    if (isMixed[n] && !isCrossed(positions, seen[n], sensor, search, around))
       mixed.push_back(seen[n]);
   if (mixed.size() * rare < seen.size())
     mixed.clear();
@@ -160,7 +179,8 @@ std::vector<std::uint32_t> sampleOf(const std::vector<std::uint32_t>& seen)
 
 } // namespace
 
-std::int64_t dropMixedPixels(const PointArrays& points, std::vector<std::uint8_t>& keep, Execution& execution)
+std::int64_t dropMixedPixels(const PointArrays& points, const NeighborSearch& search, std::vector<std::uint8_t>& keep,
+                             Execution& execution)
 {
   std::size_t dropped = 0;
   std::vector<std::vector<std::uint32_t>> own = pointsOfSensors(points);
@@ -170,7 +190,7 @@ std::int64_t dropMixedPixels(const PointArrays& points, std::vector<std::uint8_t
     if ((points.sensors[s] - (box.lower + box.upper) / 2).norm() > maxDiagonals * box.diagonal())
       continue; // it tells the side, as above terrain, and is no device
     const auto mixedOf = [&](const std::vector<std::uint32_t>& asked, std::ptrdiff_t maxOthers) {
-      return mixedAmong(asked, points.sensors[s], points.positions, maxOthers, execution);
+      return mixedAmong(asked, points.sensors[s], points.positions, maxOthers, search, execution);
     };
     const auto eraseDropped = [&] {
       seen.erase(std::remove_if(seen.begin(), seen.end(), [&](std::uint32_t i) { return !keep[i]; }), seen.end());

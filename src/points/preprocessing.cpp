@@ -109,7 +109,7 @@ void removeOutliers(PointSet& points, const Options& options, NeighborSearch& se
     report.points.outliersAlone = outliers.droppedAlone;
     report.points.outliersByStatistics = outliers.droppedByStatistics;
     if (options.outliers.alone)
-      report.points.mixedPixels = dropMixedPixels(points, outliers.keep, execution);
+      report.points.mixedPixels = dropMixedPixels(points, search, outliers.keep, execution);
     if (reduce(points, outliers.keep, search, execution))
       for (std::vector<float>* values : {&distances.nearest, &distances.eighth, &distances.mean})
         *values = selectValues(*values, outliers.keep);

@@ -109,7 +109,7 @@ std::vector<std::uint8_t> keptOf(const PointSet& points, int threads = 2)
 {
   Execution execution(threads);
   std::vector<std::uint8_t> keep(points.size(), 1);
-  const std::int64_t dropped = dropMixedPixels(points, keep, execution);
+  const std::int64_t dropped = dropMixedPixels(points, *clouds::searchOf(points), keep, execution);
   EXPECT_EQ(dropped, std::count(keep.begin(), keep.end(), std::uint8_t{0}));
   return keep;
 }
@@ -149,6 +149,22 @@ TEST(MixedPixels, NoneOnSurfacesAndTrees)
   const PointSet tree =
       pointsOf(imageOf([&](const Eigen::Vector3f& direction) { return treeBeforeWall(direction, random); }));
   EXPECT_LT(droppedOf(tree), .002 * static_cast<double>(tree.size()));
+}
+
+TEST(MixedPixels, NoneOnAWallThatLinesOfSightCross)
+{
+  PointSet points; // a roof, the ground, and in each row one point of the wall between them
+  std::mt19937 random(7);
+  for (int row = 0; row < 60; ++row) {
+    const auto y = static_cast<float>(row);
+    for (int column = 0; column < 60; ++column)
+      points.positions.emplace_back(static_cast<float>(column) - 29.5f, y, column < 30 ? 20.f : 0.f);
+    points.positions.emplace_back(0.f, y, std::uniform_real_distribution<float>(4, 16)(random));
+  }
+  points.sensors = {{5, 30, 200}};
+  EXPECT_GT(droppedOf(points), 40) << "a sheet along the lines of sight";
+  points.sensors = {{40, 30, 200}};
+  EXPECT_LT(droppedOf(points), 10) << "at the ends of the wall";
 }
 
 TEST(MixedPixels, AFewStay)

@@ -86,8 +86,8 @@ TEST(MixedPixels, AreNotSeenFromADirection)
   }
   std::vector<std::uint8_t> keep(points.size(), 1);
   points.sensors = {{31, 31, 200}};
-  EXPECT_GT(dropMixedPixels(points, keep, serial), 10) << "a device may have mixed them";
+  EXPECT_GT(dropMixedPixels(points, *clouds::searchOf(points), keep, serial), 10) << "a device may have mixed them";
   keep.assign(points.size(), 1);
   points.sensors = {{31, 31, 1e5f}};
-  EXPECT_EQ(dropMixedPixels(points, keep, serial), 0);
+  EXPECT_EQ(dropMixedPixels(points, *clouds::searchOf(points), keep, serial), 0);
 }
