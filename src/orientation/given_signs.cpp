@@ -35,6 +35,9 @@ constexpr double mayDisagree = .1, allLookInside = .75;
 /// Max share of the points of smooth pieces whose signs differ where thin walls or creases join pieces wrongly.
 constexpr double mayJoin = .05;
 
+/// The same if all normals point to one side of an axis.
+constexpr double mayStray = .002;
+
 /// Max share of hidden points of an object that was seen from outside.
 constexpr double mayBeHidden = .02;
 
@@ -228,6 +231,31 @@ std::optional<Eigen::Vector3f> placeLookedAt(const PreparedPoints& prepared)
   return {};
 }
 
+/// Whether the given normals were turned to one side of an axis, as by filters that let them point up: none points to
+/// the other side, and some are so steep that noise would turn half of them there.
+bool areTurnedAlongAxis(const PreparedPoints& prepared)
+{
+  constexpr float steep = .1f;               // sine of the angle to the axis' plane
+  constexpr double some = .01, beyond = .02; // share of the steep ones, of all; of those that point to the other side
+  struct Side {
+    Eigen::Array3d all = Eigen::Array3d::Zero(), steep = Eigen::Array3d::Zero(); // by axis
+  } upper, lower;
+  double given = 0;
+  for (std::size_t i = 0; i < prepared.normals.size(); ++i)
+    if (isGiven(prepared, i)) {
+      const Eigen::Array3f along = prepared.normals[i].array();
+      const auto isSteep = along.abs() < steep;
+      ++given;
+      upper.all += (along > 0).cast<double>();
+      lower.all += (along < 0).cast<double>();
+      upper.steep += (along > 0 && isSteep).cast<double>();
+      lower.steep += (along < 0 && isSteep).cast<double>();
+    }
+  const Eigen::Array3d fewer = upper.all.min(lower.all),
+                       steepOnes = (upper.all > lower.all).select(upper.steep, lower.steep);
+  return (fewer < beyond * steepOnes && steepOnes > some * given).any();
+}
+
 /// Whether other points hide many of the points from the place that all normals look at: a sensor there has not seen
 /// them, and did not tell the side of their normals.
 bool lookAtWhatHardlySeesThem(const PreparedPoints& prepared, Execution& execution)
@@ -294,8 +322,8 @@ GivenSigns judgeSigns(const PreparedPoints& prepared, const NeighborSearch& sear
 {
   const PointSet& points = prepared.points;
   const auto areWrong = [&](double share, const std::string& what) {
-    report.warnings.push_back(std::to_string(std::lround(100 * share)) + " % of the normals " + what +
-                              ": all were turned anew; normals.source = use keeps them");
+    report.warnings.push_back((share < .01 ? "less than 1" : std::to_string(std::lround(100 * share))) +
+                              " % of the normals " + what + ": all were turned anew; normals.source = use keeps them");
     return GivenSigns::wrong;
   };
   const double opposed = opposedShare(prepared, prepared.normals, search);
@@ -315,9 +343,14 @@ GivenSigns judgeSigns(const PreparedPoints& prepared, const NeighborSearch& sear
   const double inward = disagreeingShare(prepared, outward.normals);
   if (outward.sideIsGuessed || isUneven(points)) {
     const double minority = minorityOfPieces(prepared, search, options, report, execution);
+    const std::string what = "point to the other side than most do on the same surface";
+    if (minority > mayStray && outward.sideIsGuessed && areTurnedAlongAxis(prepared)) {
+      areWrong(minority, what + ", as all point to one side of an axis");
+      return GivenSigns::ofAxis;
+    }
     if (minority <= mayJoin || !lookAtWhatHardlySeesThem(prepared, execution))
       return GivenSigns::right;
-    areWrong(minority, "point to the other side than most do on the same surface" + toOrigin);
+    areWrong(minority, what + toOrigin);
     const bool isFromWithin =
         !outward.sideIsGuessed && inward > .5 && !hiddenOnSide(points, outward.normals, 1, search).areHardlyReached();
     return isFromWithin ? GivenSigns::mostlyInward : GivenSigns::wrong;

@@ -18,13 +18,15 @@ namespace pcl::mrf {
 
 /// What is to be done with the signs of given normals.
 enum class GivenSigns : std::uint8_t {
-  right,       ///< they stay
-  wrong,       ///< they are found anew, as those of estimated normals are
-  mostlyInward ///< the same, but the surface is seen from within, as most of its normals tell
+  right,        ///< they stay
+  wrong,        ///< they are found anew, as those of estimated normals are
+  mostlyInward, ///< the same, but the surface is seen from within, as most of its normals tell
+  ofAxis        ///< they are found anew for each piece of surface, with the side that most of its normals have
 };
 
 /// Judges the given normals' signs. They are errors, with a warning, if
 /// - a quarter of the neighbors on smooth surface have opposite signs; or no sensor is known, and
+/// - all point to one side of an axis, also the steep ones, and some contradict the majority of their smooth piece; or
 /// - the points enclose a volume, and more than a tenth of the normals look into it; or
 /// - all look at one place, which more than a twentieth of the points are hidden from, and more than a twentieth of the
 ///   normals contradicts the majority of its smooth piece: on an open surface, or one that may be seen from within.

@@ -119,7 +119,9 @@ OrientedPoints orientPoints(PreparedPoints prepared, const Options& options, Nei
                                ? judgeSigns(prepared, search, options, report, execution)
                                : GivenSigns::right;
   report.signsOpposed = signs != GivenSigns::right;
-  report.vote = chooseVote(points, options, report);
+  report.vote = signs == GivenSigns::ofAxis ? OrientationVote::reference : chooseVote(points, options, report);
+  if (signs == GivenSigns::ofAxis && points.normals.empty())
+    points.normals = prepared.normals;
   report.sensorOriginUsed = report.vote == OrientationVote::sensor && points.hasSensorOrigin;
   OrientationResult oriented;
   {
@@ -137,7 +139,7 @@ OrientedPoints orientPoints(PreparedPoints prepared, const Options& options, Nei
   prepared.normals = std::vector<Eigen::Vector3f>(); // {} would keep their memory
   warnOfDisagreement(points, hidden, options, report);
   report.points.smallComponents = report.orientation.pointsDropped;
-  if (!report.normalsEstimated && report.vote == OrientationVote::reference)
+  if (!report.normalsEstimated && !report.signsOpposed && report.vote == OrientationVote::reference)
     for (std::size_t i = 0; i < points.size(); ++i)
       if (!points.normals[i].isZero()) // given normals stay as they are
         oriented.normals[i] = points.normals[i];

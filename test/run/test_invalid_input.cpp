@@ -365,6 +365,46 @@ TEST(BadInput, TerrainWhoseNormalsAreTurnedToAPointInItFacesUp)
   EXPECT_GT(area.z(), .97f * 40 * 40);
 }
 
+/// Filters that let normals point up tell nothing of walls, whose normals point up by chance.
+TEST(BadInput, WallsWhoseNormalsWereTurnedUpFaceOneSide)
+{
+  std::mt19937 random(1);
+  std::uniform_real_distribution<float> uniform(0, 1);
+  std::normal_distribution<float> noise(0, .1f);
+  for (const bool isTurnedUp : {true, false}) {
+    constexpr float radius = 1.5f, height = 4;
+    const Cloud::Ptr cloud(new Cloud);
+    const auto add = [&](float across, float z, Eigen::Vector3f normal) {
+      const float turn = 2 * static_cast<float>(M_PI) * uniform(random);
+      const Eigen::AngleAxisf around(turn, Eigen::Vector3f::UnitZ());
+      normal = (around * normal + Eigen::Vector3f(noise(random), noise(random), noise(random))).normalized();
+      pcl::PointNormal point;
+      point.getVector3fMap() = around * Eigen::Vector3f(across, 0, z);
+      point.getNormalVector3fMap() = isTurnedUp && normal.z() < 0 ? Eigen::Vector3f(-normal) : normal;
+      cloud->push_back(point);
+    };
+    for (int n = 0; n < 5000; ++n)
+      add(std::sqrt(radius * radius + 33 * uniform(random)), 0, Eigen::Vector3f::UnitZ());
+    for (int n = 0; n < 350; ++n)
+      add(radius * std::sqrt(uniform(random)), height, Eigen::Vector3f::UnitZ());
+    for (int n = 0; n < 1900; ++n)
+      add(radius, height * uniform(random), Eigen::Vector3f::UnitX());
+    On<pcl::PointNormal> mrf(cloud);
+    const pcl::mrf::TriangleMesh mesh = run(mrf);
+    EXPECT_EQ(mrf.getReport().signsOpposed, isTurnedUp);
+    double out = 0, in = 0;
+    for (const auto& triangle : mesh.triangles) {
+      const Eigen::Vector3f &a = mesh.vertices[triangle[0]], &b = mesh.vertices[triangle[1]],
+                            &c = mesh.vertices[triangle[2]];
+      const Eigen::Vector3f middle = (a + b + c) / 3, area = (b - a).cross(c - a) / 2;
+      if (middle.z() > .5f && middle.z() < 3.5f)
+        (area.head<2>().dot(middle.head<2>()) > 0 ? out : in) += area.norm();
+    }
+    EXPECT_NEAR(out, 2 * M_PI * 3 * radius, 2);
+    EXPECT_LT(in, .02 * out);
+  }
+}
+
 TEST(BadInput, NormalsThatAreAllZeroAreEstimated)
 {
   for (const float nothing : {0.f, std::numeric_limits<float>::quiet_NaN()}) {
