@@ -26,7 +26,7 @@ constexpr std::int64_t queryGrain = 256;
 
 /// Where a position lies beside the points around it, along the surface.
 struct Surroundings {
-  float margin = 0; ///< distance to the border of the points, half a spacing outside of the last ones; > 0: within
+  float margin = 0;       ///< distance to the border of the points, .6 spacings outside of the last ones; > 0: within
   Eigen::Vector3f inward; ///< direction of the points' mean
   bool isAmidst = false;  ///< whether points lie to both sides
 };
@@ -34,8 +34,8 @@ struct Surroundings {
 /// \param scratch for the search
 Surroundings surroundingsOf(const Eigen::Vector3f& position, const Support& support, Neighbors& scratch)
 {
-  constexpr float around = 3; // in reaches: the next ring of a lidar is at most two away
-  constexpr float half = .5f; // of a spacing, which the border lies outside of the last points
+  constexpr float around = 3;    // in reaches: the next ring of a lidar is at most two away
+  constexpr float outside = .6f; // of a spacing: a point stands for surface half way to where the next would be
   const OrientedPoints& points = support.points();
   if (support.search().nearest(position, 1, scratch) < 1)
     return {0, Eigen::Vector3f::Zero(), false};
@@ -59,7 +59,7 @@ Surroundings surroundingsOf(const Eigen::Vector3f& position, const Support& supp
     if ((way - ahead * inward).squaredNorm() < reach * reach)
       first = std::min(first, ahead);
   }
-  const float within = (points.spacings.empty() ? 0 : half * points.spacings[nearest]) - first;
+  const float within = (points.spacings.empty() ? 0 : outside * points.spacings[nearest]) - first;
   return {distance < reach ? within : std::min(within, reach - distance), inward, isAmidst};
 }
 

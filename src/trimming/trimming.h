@@ -44,7 +44,7 @@ struct TrimResult : TrimSummary {
 TrimResult trim(TriangleMesh mesh, const OrientedPoints& points, const NeighborSearch& search, float diagonal,
                 const TrimmingOptions& options, Execution& execution);
 
-/// Cuts the mesh where the points end: half a spacing outside of the last ones. Trimming leaves all that points
+/// Cuts the mesh where the points end: a little outside of the last ones. Trimming leaves all that points
 /// support, which is some two spacings more, and cuts along edges. Fillings with points to both sides stay, others at
 /// the border go. No triangle moves, so none comes to intersect another. \param mesh with confidences; the arrays of a
 /// vertex are interpolated on an edge that is cut, without sigmas \return the number of triangles that were dropped or
