@@ -504,13 +504,13 @@ TEST(BandedLevels, KeepThinPlatesAndNestedShells)
 
 TEST(BandedLevels, DoNotDependOnTheNumberOfThreads)
 {
-  const PointSet points = shapes::sample(shapes::torus(1, .4), 1.6, .011);
-  const MultiscaleResult result = solve(points, .011f, fewVoxels, {}, ObservationKind::points, 1);
+  const PointSet points = shapes::sample(shapes::torus(1, .4), 1.6, .0155);
+  const MultiscaleResult result = solve(points, .0155f, fewVoxels, {}, ObservationKind::points, 1);
   ASSERT_GT(result.levels.back().unknowns, 100000) << "too few for slabs of their own";
   const DistanceField& one = result.field;
   const GridSize size = one.lattice().size;
   for (const int threads : {3, 40}) { // 40: more than there are slabs of a useful thickness
-    const DistanceField more = solve(points, .011f, fewVoxels, {}, ObservationKind::points, threads).field;
+    const DistanceField more = solve(points, .0155f, fewVoxels, {}, ObservationKind::points, threads).field;
     for (int k = 0; k < size.z; ++k)
       for (int j = 0; j < size.y; ++j)
         for (int i = 0; i < size.x; i += 3)

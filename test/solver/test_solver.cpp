@@ -408,11 +408,9 @@ TEST(Solver, stopsAfterTheIterationsAndWhenItIsCancelled)
 TEST(Solver, sameBytesForAnyNumberOfThreads)
 {
   const GridSize size{53, 47, 44}; // above the size that is cut into slabs
-  for (const auto& [prior, energyKind] : {std::pair(Prior::membrane, Energy::joint),
-                                          {Prior::thinPlate, Energy::paper},
-                                          {Prior::triharmonic, Energy::joint}}) {
-    Execution single;
-    const auto system = assemble(observeSphere(size), priorOptions(prior, energyKind), single);
+  for (const Prior prior : {Prior::membrane, Prior::triharmonic}) {
+    Execution several(2);
+    const auto system = assemble(observeSphere(size), priorOptions(prior, Energy::joint), several);
     for (const SolverMethod method : {SolverMethod::cg, SolverMethod::icmColors, SolverMethod::icm}) {
       const SolverOptions options = solverOptions(method, 1e-9, isIcm(method) ? 1 : 2);
       const auto solved = [&](int threads) {
