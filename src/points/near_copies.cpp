@@ -16,6 +16,23 @@ constexpr int maxCopies = 256;
 /// surfaces and 2 on curves.
 constexpr float gap = 9;
 
+/// Whether groups of k points lie on a surface. Small objects that are apart from each other have gaps as well.
+bool areOnSurface(const std::vector<Eigen::Vector3f>& positions, std::size_t copies, const NeighborSearch& search)
+{
+  constexpr std::size_t asked = 16, few = 16, many = 128; // places, groups around them
+  // Of the distances within which so many groups are, squared: 8 on surfaces, 4 where groups fill a volume.
+  constexpr float minRatio = 5;
+  if (positions.size() <= many * copies)
+    return false;
+  std::vector<float> ratios;
+  Neighbors found;
+  for (std::size_t n = 0; n < asked; ++n) {
+    search.nearest(positions[n * positions.size() / asked], static_cast<int>(many * copies) + 1, found);
+    ratios.push_back(found.squaredDistances.back() / found.squaredDistances[few * copies]);
+  }
+  return median(std::move(ratios)) > minRatio;
+}
+
 } // namespace
 
 int countNearCopies(const std::vector<Eigen::Vector3f>& positions, const NeighborSearch& search)
@@ -33,7 +50,7 @@ int countNearCopies(const std::vector<Eigen::Vector3f>& positions, const Neighbo
       ratios.push_back(squared[copies] > 0 ? squared[2 * copies] / squared[copies] : 0);
     }
     if (median(std::move(ratios)) > gap)
-      return copies;
+      return areOnSurface(positions, copies, search) ? copies : 0;
   }
   return 0;
 }

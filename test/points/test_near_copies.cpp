@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "points/near_copies.h"
 #include "support/clouds.h"
+#include "support/random.h"
 #include "support/threads.h"
 
 #include <gtest/gtest.h>
@@ -53,6 +54,18 @@ TEST(NearCopies, AreNotFoundOnLinesAndAmongRandomPoints)
   }
   EXPECT_EQ(copiesOf(lines), 0);
   EXPECT_EQ(copiesOf(random), 0);
+}
+
+TEST(NearCopies, AreNotTheSurfacesOfSmallObjects)
+{
+  PointSet balls;
+  clouds::Random random(1);
+  for (int n = 0; n < 1728; ++n) {
+    const Eigen::Vector3f center = Eigen::Array3i(n % 11, n / 11 % 12, n / 132).cast<float>();
+    for (int i = 0; i < 20; ++i)
+      balls.positions.emplace_back(center + .05f * random.direction().cast<float>());
+  }
+  EXPECT_EQ(copiesOf(balls), 0);
 }
 
 TEST(NearCopies, LeaveTheOneInTheMiddle)
