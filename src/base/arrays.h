@@ -7,7 +7,10 @@
 #include <cstdlib>
 #include <memory>
 #include <new>
+#include <utility>
 #include <vector>
+
+#include <sys/mman.h>
 
 namespace pcl::mrf {
 
@@ -30,6 +33,19 @@ struct UninitializedAllocator : std::allocator<T> {
 using PackedValues = std::vector<float, UninitializedAllocator<float>>;
 using PackedFlags = std::vector<std::uint8_t, UninitializedAllocator<std::uint8_t>>;
 
+/// Frees memory of the heap, or of so many bytes of pages that were mapped.
+struct FreeOrUnmap {
+  std::size_t mapped = 0;
+
+  void operator()(void* memory) const
+  {
+    if (mapped > 0)
+      munmap(memory, mapped);
+    else
+      std::free(memory);
+  }
+};
+
 /// Floats that are zero at first. Pages of a large array that are never written take neither memory nor time. Each
 /// vector of 16 floats that begins at a multiple of 16 lies in a single cache line.
 class ZeroedFloats {
@@ -37,11 +53,20 @@ public:
   ZeroedFloats() = default;
 
   /// \throw std::bad_alloc
-  explicit ZeroedFloats(std::size_t size)
-      : memory_(std::calloc(size + line / sizeof(float), sizeof(float))), size_(size)
+  explicit ZeroedFloats(std::size_t size) : size_(size)
   {
-    if (memory_ == nullptr)
-      throw std::bad_alloc();
+    const std::size_t bytes = (size + line / sizeof(float)) * sizeof(float);
+    if (bytes >= ownPages) {
+      // calloc would clear, and so touch, all pages of a block that was in use before.
+      void* const pages = mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+      if (pages == MAP_FAILED)
+        throw std::bad_alloc();
+      memory_ = Memory(pages, FreeOrUnmap{bytes});
+    } else {
+      memory_.reset(std::calloc(bytes, 1));
+      if (memory_ == nullptr)
+        throw std::bad_alloc();
+    }
     const auto address = reinterpret_cast<std::uintptr_t>(memory_.get());
     data_ = reinterpret_cast<float*>((address + line - 1) / line * line);
   }
@@ -50,12 +75,10 @@ public:
   std::size_t size() const { return size_; }
 
 private:
-  static constexpr std::size_t line = 64;
+  static constexpr std::size_t line = 64, ownPages = 4 << 20; // bytes from which an array has pages of its own
 
-  struct Free {
-    void operator()(void* memory) const { std::free(memory); }
-  };
-  std::unique_ptr<void, Free> memory_;
+  using Memory = std::unique_ptr<void, FreeOrUnmap>;
+  Memory memory_;
   float* data_ = nullptr;
   std::size_t size_ = 0;
 };
