@@ -205,12 +205,10 @@ double tiledBytes(const GridSize& lattice, double side, const Workload& workload
 {
   const GridSize size = bandAxes(lattice).toStored(lattice);
   const double faces = workload.area / (side * side), unknowns = unknownsPerFace * faces;
-  const double sweep = GridOperator::sweepBytes(withMargin(size), unknowns, order(workload.prior.kind),
-                                                smootherDegree(workload.solver, workload.prior.kind, false), threads);
   Workload before = workload;
   before.points = std::min(workload.points, mergedPerFace * faces / 4);
-  const double finest = finestBandBytes(unknowns, workload.points, size.z, maxTiles(size.z)) + sweep +
-                        bytesPerRow * size.y * size.z + sizeof(PointSample) * before.points;
+  const double finest =
+      finestBandBytes(size, unknowns, workload, maxTiles(size.z), threads) + sizeof(PointSample) * before.points;
   return std::max(finest, bandBytes(lattice.coarsened(), 2 * side, before, bands - 1, threads));
 }
 
@@ -232,10 +230,13 @@ double predictedCholeskySeconds(const BoundingBox& box, double side, const Workl
 
 } // namespace
 
-double finestBandBytes(double unknowns, double points, int planes, int tiles)
+double finestBandBytes(const GridSize& size, double unknowns, const Workload& workload, int tiles, int threads)
 {
-  const double whole = bytesPerFace / unknownsPerFace * unknowns + sizeof(PointSample) * points;
-  return tiles == 1 ? whole : shareOfTile(planes, tiles) * whole + bytesPerUnknownOfTiles * unknowns;
+  const double whole = bytesPerFace / unknownsPerFace * unknowns + sizeof(PointSample) * workload.points;
+  return (tiles == 1 ? whole : shareOfTile(size.z, tiles) * whole + bytesPerUnknownOfTiles * unknowns) +
+         bytesPerRow * size.y * size.z +
+         GridOperator::sweepBytes(withMargin(size), unknowns, order(workload.prior.kind),
+                                  smootherDegree(workload.solver, workload.prior.kind, false), threads);
 }
 
 int maxTiles(int planes)
@@ -310,7 +311,7 @@ void checkResources(const BoundingBox& box, float voxelSize, const Workload& wor
   text.precision(3);
   text << "voxel size " << voxelSize << " would take ";
   if (predicted > limit)
-    text << predicted / (1 << 30) << " GiB, the limit is " << limit / (1 << 30) << " GiB";
+    text << predicted / (1 << 30) << " GiB beside the points, " << limit / (1 << 30) << " GiB are left";
   else
     text << "cholesky some " << seconds << " s, in which the run could not be cancelled";
   text << "; a voxel size of " << fitting << " would fit";
@@ -344,7 +345,7 @@ void checkSurface(double unknowns, double bytes, std::size_t points, double voxe
   text.precision(3);
   text << "voxel size " << voxelSize << " would take " << unknowns << " voxels along the surface";
   if (bytes / limit >= unknowns / sound)
-    text << ", " << bytes / (1 << 30) << " GiB, the limit is " << limit / (1 << 30) << " GiB";
+    text << ", " << bytes / (1 << 30) << " GiB beside the points, " << limit / (1 << 30) << " GiB are left";
   else
     text << " through " << points << " points, which say nothing about most of it";
   // Faces become fewer with the square of the voxel size. A quarter more, as coarser levels may see another surface.

@@ -8,9 +8,9 @@
 
 namespace pcl::mrf {
 
-/// Peak bytes of solving the finest level in a band. \param unknowns, points their numbers \param planes number of the
-/// grid's planes across z \param tiles 1: the level is solved as a whole
-double finestBandBytes(double unknowns, double points, int planes, int tiles);
+/// Peak bytes of solving the finest level in a band. \param size of the grid, in the stored axes \param unknowns their
+/// number \param tiles 1: the level is solved as a whole
+double finestBandBytes(const GridSize& size, double unknowns, const Workload& workload, int tiles, int threads);
 
 /// Max number of tiles: more save little, as they would be thinner than the halos that are solved with each.
 int maxTiles(int planes);

@@ -459,7 +459,7 @@ private:
 
   double finestBytes(double unknowns, int tiles) const
   {
-    return finestBandBytes(unknowns, static_cast<double>(points_->size()), lattices_.back().size.z, tiles);
+    return finestBandBytes(lattices_.back().size, unknowns, workload_, tiles, bandThreads_);
   }
 
   int maxTilesOfFinest() const

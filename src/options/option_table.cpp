@@ -305,7 +305,7 @@ void declareMultiscale(std::vector<OptionDeclaration>& rows)
   table.number("padding", "--padding", "voxels", {2, 100}, &MultiscaleOptions::padding,
                "voxels of the finest level around the points", "6, more beside openings");
   table.number("maxMemory", "--max-memory", "MiB", notNegative, &MultiscaleOptions::maxMemory,
-               "memory the levels, and then the remesher, may take, also as 8G", "80 % of what is free", mebibyte);
+               "memory that the run may take, also as 8G", "80 % of what is free", mebibyte);
   table.number("denseVoxels", "--dense-voxels", "n", notNegative, &MultiscaleOptions::denseVoxels,
                "levels of more voxels are solved near the surface only", "1048576, less for few points");
 }

@@ -64,6 +64,23 @@ std::vector<ExpectedStage> expectedStages(std::size_t points, const Options& opt
           {"attributes", .2 * millions}};
 }
 
+/// What a limit of the run's memory leaves beside its points; 0 if there is no limit. \throw ResourceLimit
+std::size_t leftBesidePoints(std::size_t maxMemory, std::size_t points)
+{
+  constexpr double bytesAtFirst = 76, bytesLater = 50; // per point: while they are oriented, and with the levels
+  const double limit = static_cast<double>(maxMemory), first = bytesAtFirst * static_cast<double>(points);
+  if (maxMemory == 0)
+    return 0;
+  if (first >= limit) {
+    std::ostringstream text;
+    text.precision(3);
+    text << "multiscale.maxMemory = " << limit / (1 << 20) << " MiB is too little for " << points
+         << " points, which take " << first / (1 << 20) << " MiB before the first level";
+    throw ResourceLimit(text.str());
+  }
+  return maxMemory - static_cast<std::size_t>(bytesLater * static_cast<double>(points));
+}
+
 /// Refuses lengths above the cloud's diagonal. A voxel that holds the whole cloud leaves the system without a unique
 /// solution; a smoothing length above the diagonal leaves the field without a zero level.
 void requireLengthsWithinCloud(const Options& options, double diagonal)
@@ -322,8 +339,10 @@ void remeshMesh(Reconstruction& result, const Support& support, NeighborSearch& 
   if (options.remesher.runs()) {
     const StageTimer timer("remesher", report, execution);
     const EdgeSizing sizing = edgeSizing(result.mesh, support, execution);
-    const std::int64_t partSize =
-        partsWithin(memoryLimit(options.multiscale.maxMemory), result.mesh, execution.tasks() != nullptr);
+    constexpr double bytesPerUnknown = 8; // of the field
+    const double left = memoryLimit(options.multiscale.maxMemory) -
+                        bytesPerUnknown * static_cast<double>(report.levels.back().unknowns);
+    const std::int64_t partSize = partsWithin(left, result.mesh, execution.tasks() != nullptr);
     result.mesh.confidences = std::vector<float>(); // those of the new vertices are set later
     RemeshResult remeshed;
     withoutSearch(partSize > 0, search, result.points, execution, [&] {
@@ -472,7 +491,9 @@ void reconstruct(RawCloud cloud, const Options& options, NeighborSearch& search,
   result.points = orientPoints(std::move(prepared), options, search, report, execution);
   requireLengthsWithinCloud(options, boundingBox(result.points.positions).diagonal());
 
-  OptionResolver resolver(options, report.density);
+  Options affordable = options;
+  affordable.multiscale.maxMemory = leftBesidePoints(options.multiscale.maxMemory, result.points.size());
+  OptionResolver resolver(affordable, report.density);
   rejectByField(result.points, search, resolver.soFar(), report, execution);
   chooseByData(result.points, search, resolver, report, execution);
   CloudPieces pieces(result.points, search, resolver.soFar(), report, execution);
@@ -483,6 +504,7 @@ void reconstruct(RawCloud cloud, const Options& options, NeighborSearch& search,
 
   warnOfCoarseInput(resolution, resolver.resolved().multiscale.voxelSize, report);
   makeSurface(pieces, attributes, keepsPoints, search, resolver.resolved(), execution, result);
+  report.options.multiscale.maxMemory = options.multiscale.maxMemory;
   if (!keepsPoints) {
     OrientedPoints none;
     none.offset = result.points.offset;

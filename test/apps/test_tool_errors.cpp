@@ -190,6 +190,11 @@ TEST_F(ToolErrors, OutputsAreCheckedBeforeTheWork)
   }
 }
 
+TEST_F(ToolErrors, PointsCountAsMemory)
+{
+  expectFailure({"sphere.xyz", "out.ply", "--max-memory", "0.001"}, 3, "MiB is too little for 400 points");
+}
+
 TEST_F(ToolErrors, WorkDirectories)
 {
   expectFailure({"sphere.xyz", "out.ply", "--resume"}, 2, "--work-directory");

@@ -295,7 +295,7 @@ TEST(Interface, TheGivenRunnerDoesTilesAndParts)
   pcl::mrf::Options options;
   options.multiscale.voxelSize = .014f;
   options.multiscale.denseVoxels = 1 << 15;
-  options.multiscale.maxMemory = 30 << 20;
+  options.multiscale.maxMemory = 34 << 20;
   OnSphere mrf;
   mrf.setInputCloud(conversion::make<pcl::PointNormal>(shapes::sample(shapes::torus(1, .4), 1.6, .014)));
   mrf.setOptions(options);
@@ -661,7 +661,7 @@ TEST(Errors, MemoryLimitHoldsForTheRobustField)
   OnSphere mrf;
   pcl::mrf::Options options;
   options.outliers.robust = true;
-  options.multiscale.maxMemory = 1000;
+  options.multiscale.maxMemory = 1 << 16;
   mrf.setOptions(options);
   expectFailure(mrf, Status::resourceLimit, "setRobust");
   EXPECT_EQ(mrf.getReport().times.back().stage, "robust field") << "before five solutions are made for nothing";

@@ -191,7 +191,7 @@ struct MultiscaleOptions {
   float voxelSize = 0; ///< voxel side h of the finest level, cloud's unit; 0 = by the quality
   int padding = 0; ///< voxels of the finest level around the points' bounding box, 2..100; 0 = 6, around a box that is
                    ///< extended at openings, see volume.h
-  std::size_t maxMemory = 0; ///< maximum bytes of the levels, and later of the remesher; 0 = 80 % of the free memory
+  std::size_t maxMemory = 0; ///< maximum bytes of the run, from its points to its mesh; 0 = 80 % of the free memory
   /// Levels with more voxels than this are solved only in a band around the zero level that the coarser level predicts,
   /// others everywhere; ≥ 0; 0 = 350 per point, but at least 2^18 and at most 2^20. Solvers other than multigrid, and
   /// Energy::paper, always solve everywhere.
