@@ -37,7 +37,7 @@ namespace mrf_apps {
 namespace {
 
 constexpr const char* toolName = "pcl_mrf_reconstruction";
-constexpr const char* memoryAdvice = "choose a larger --voxel-size";
+constexpr const char* memoryAdvice = "choose a larger --voxel-size, or give fewer points";
 
 volatile std::sig_atomic_t interrupted = 0;
 
@@ -185,8 +185,10 @@ Result reconstruct(Input& input, const Job& job, const Command& command, const p
   pcl::mrf::Execution execution(command.options.threads, progress);
   execution.setTasks(command.results ? command.results : command.ranks);
   pcl::mrf::Options options = command.options;
-  if (std::size_t& memory = options.multiscale.maxMemory; command.results != nullptr && memory == 0)
-    memory = command.results->memory(static_cast<std::size_t>(pcl::mrf::memoryLimit(0)));
+  if (std::size_t& memory = options.multiscale.maxMemory; command.results != nullptr) {
+    const std::size_t noted = command.results->memory(static_cast<std::size_t>(pcl::mrf::memoryLimit(memory)));
+    memory = memory == 0 ? noted : memory;
+  }
   const bool isExact = !input.cloud.offset.isZero(0);
   const auto search = pcl::mrf::makeSearch(options.search);
   pcl::mrf::Reconstruction reconstruction;
@@ -352,6 +354,15 @@ std::vector<std::pair<std::string, std::int64_t>> writeOutputs(const Result& res
   return written;
 }
 
+/// What to say if a run is resumed with another memory limit than it was begun with, so that its parts are others.
+std::string limitAdvice(const Command& command, std::size_t limit)
+{
+  const std::size_t noted = command.results->memory(limit), mib = std::size_t(1) << 20;
+  return noted == limit ? ""
+                        : "; its parts were cut for --max-memory " + std::to_string(noted / mib) +
+                              ", and this run has " + std::to_string(limit / mib);
+}
+
 /// Reads, reconstructs, and publishes the declared outputs. \param report is filled in also if it throws
 /// \param progress of the whole job
 RunSummary produce(const Job& job, const Command& command, const TileFolder& tiles, OutputFiles& outputs,
@@ -380,7 +391,8 @@ RunSummary produce(const Job& job, const Command& command, const TileFolder& til
       result.report.warnings.push_back(
           "'" + command.workDirectory +
           "' had no result of this run to resume; those of other input or options, if any, "
-          "are left there");
+          "are left there" +
+          limitAdvice(command, result.report.options.multiscale.maxMemory));
   }
   result.shiftOfOutput = offsetOfFloats(result.mesh, job.outputFormat);
   if ((job.outputFormat == "stl" || job.outputFormat == "3mf") && !result.report.mesh.closed())
@@ -457,10 +469,8 @@ int runJobs(const Command& command)
           printSummary(summary, report, command.verbosity, job.output == "-" ? stderr : stdout);
         else
           printLine(summary, report, command.verbosity);
-      } catch (const pcl::mrf::Cancelled& error) {
+      } catch (const pcl::mrf::Cancelled&) {
         display.clear();
-        if (command.results != nullptr && command.results->made() > 0)
-          throw pcl::mrf::Cancelled(error.message() + "; what was done is kept: go on with --resume");
         throw;
       } catch (...) {
         display.clear();
@@ -472,6 +482,9 @@ int runJobs(const Command& command)
     if (firstFailure == exitDone)
       firstFailure = status;
   }
+  if (firstFailure != exitDone && command.results != nullptr && command.results->found() + command.results->made() > 0)
+    std::fprintf(stderr, "%s: the parts that were done are kept in '%s': go on with --resume\n", toolName,
+                 escaped(command.workDirectory).c_str());
   return firstFailure;
 }
 

@@ -41,11 +41,22 @@ void removeFile(TemporaryFile& file)
   throw FileError(path == "-" ? "standard output" : path, std::string("cannot be written: ") + std::strerror(errno));
 }
 
-/// Creates a temporary file beside the target. A file of that name was left by a killed process of the same number.
+/// Creates a temporary file beside the target: .STEM.PROCESS.part.EXTENSION. Those of killed processes are removed.
 TemporaryFile* createTemporary(const std::string& path, const fs::path& target)
 {
-  const std::string name = "." + target.stem().string() + "." + std::to_string(getpid()) + ".part";
-  const fs::path whole = target.parent_path() / (name + target.extension().string());
+  const std::string before = "." + target.stem().string() + ".", after = ".part" + target.extension().string();
+  std::error_code ignored;
+  for (const fs::directory_entry& entry : fs::directory_iterator(target.parent_path(), ignored)) {
+    const std::string name = entry.path().filename().string();
+    if (name.size() <= before.size() + after.size() || name.rfind(before, 0) != 0 ||
+        name.compare(name.size() - after.size(), after.size(), after) != 0)
+      continue;
+    const std::string process = name.substr(before.size(), name.size() - before.size() - after.size());
+    if (process.size() < 10 && process.find_first_not_of("0123456789") == std::string::npos &&
+        kill(std::stoi(process), 0) != 0 && errno == ESRCH)
+      fs::remove(entry, ignored);
+  }
+  const fs::path whole = target.parent_path() / (before + std::to_string(getpid()) + after);
   // Listed before it is created, so that a signal in between leaves no file behind.
   temporaryFiles = new TemporaryFile{whole.string(), temporaryFiles};
   const int descriptor = open(whole.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_NOFOLLOW | O_CLOEXEC, 0666);

@@ -32,7 +32,7 @@ namespace fs = std::filesystem;
 
 constexpr const char* journalName = "pcl_mrf_journal.txt";
 constexpr const char* extension = ".result";
-/// The journal's first line if the directory was created for it; the directory is then removed with the results.
+/// The journal's line if the directory was created for it; the directory is then removed with the results.
 constexpr const char* ofOwn = "directory 0";
 /// First word of the journal's line with the bytes of memory that the run may take.
 constexpr const char* ofMemory = "memory";
@@ -89,8 +89,7 @@ void writeResult(const fs::path& path, const std::string& bytes)
       writer.close();
     });
   } catch (const std::exception& error) {
-    throw ResourceLimit("the result '" + path.string() + "' " + error.what() +
-                        "; those before it are kept: make room and go on with --resume");
+    throw ResourceLimit("the result '" + path.string() + "' " + error.what() + "; make room: those before it are kept");
   }
 }
 
@@ -113,38 +112,51 @@ TaskDirectory::TaskDirectory(std::string directory, bool resume, TaskRunner* inn
     refuse("is in use by another run");
   std::ifstream journal(fs::path(directory_) / journalName);
   for (std::string line; std::getline(journal, line);) {
-    isOwn_ = isOwn_ || line == ofOwn;
-    if (std::istringstream words(line); words >> line && line == ofMemory)
+    std::istringstream words(line);
+    words >> line;
+    if (words.str() == ofOwn)
+      isOwn_ = true;
+    else if (line == ofMemory)
       words >> memory_;
+    else
+      hasResults_ = true;
   }
-  if (lseek(journal_, 0, SEEK_END) > 0 && !resume)
+  if (hasResults_ && !resume)
     refuse("has results of an earlier run: go on with it (--resume), or give another one");
   for (const fs::directory_entry& entry : fs::directory_iterator(directory_, error))
     if (entry.path().stem().stem().extension() == extension && entry.path().extension() == ".part")
       fs::remove(entry, error); // what a run was writing when it was killed
+  if (isOwn_ && lseek(journal_, 0, SEEK_END) == 0)
+    isOwn_ = append(ofOwn);
 }
 
 TaskDirectory::~TaskDirectory()
 {
-  if (lseek(journal_, 0, SEEK_END) == 0)
+  if (!hasResults_)
     remove(); // there is nothing to resume
   close(journal_);
 }
 
+bool TaskDirectory::append(const std::string& line)
+{
+  const std::string text = line + "\n";
+  return write(journal_, text.data(), text.size()) == static_cast<ssize_t>(text.size());
+}
+
 void TaskDirectory::note(const std::string& line)
 {
-  const bool isFirst = lseek(journal_, 0, SEEK_END) == 0;
-  const std::string text = (isFirst && isOwn_ ? std::string(ofOwn) + "\n" : "") +
-                           (isFirst && memory_ > 0 ? ofMemory + (" " + std::to_string(memory_)) + "\n" : "") + line +
-                           "\n";
-  if (write(journal_, text.data(), text.size()) != static_cast<ssize_t>(text.size()))
+  if (!append(line))
     throw ResourceLimit("the journal of the work directory '" + directory_ +
                         "' cannot be written: " + std::strerror(errno));
 }
 
 std::size_t TaskDirectory::memory(std::size_t now)
 {
-  return memory_ = memory_ > 0 ? memory_ : now;
+  if (memory_ == 0) {
+    memory_ = now;
+    note(ofMemory + (" " + std::to_string(now)));
+  }
+  return memory_;
 }
 
 void TaskDirectory::requireRoom(const std::string& kind, double bytes) const
@@ -152,14 +164,15 @@ void TaskDirectory::requireRoom(const std::string& kind, double bytes) const
   std::error_code error;
   const auto free = static_cast<double>(fs::space(directory_, error).available);
   for (const fs::directory_entry& entry : fs::directory_iterator(directory_, error))
-    if (entry.path().filename().string().rfind(kind + "-", 0) == 0)
+    if (entry.path().filename().string().rfind(kind + "-", 0) == 0 &&
+        std::find(used_.begin(), used_.end(), entry.path().string()) == used_.end())
       bytes -= static_cast<double>(entry.file_size(error)); // this result may be used
   if (error || free >= bytes)
     return;
   std::ostringstream text;
   text.precision(3);
   text << "results in the work directory '" << directory_ << "' would take some " << bytes / 1e9 << " GB more, and "
-       << free / 1e9 << " are free; what is there is kept: make room and go on with --resume";
+       << free / 1e9 << " are free; make room: what is there is kept";
   throw ResourceLimit(text.str());
 }
 
@@ -167,6 +180,8 @@ void TaskDirectory::run(const std::string& kind, int count, const MakeInput& mak
                         Execution& execution)
 {
   std::vector<fs::path> files(count);
+  int done = 0;
+  bool isMeasured = false;
   const auto makeMissing = [&](int n) -> std::optional<std::string> {
     std::optional<std::string> input = makeInput(n);
     if (!input)
@@ -188,13 +203,17 @@ void TaskDirectory::run(const std::string& kind, int count, const MakeInput& mak
       writeResult(file, result);
       used_.push_back(file.string());
       note(file.filename().string() + " " + std::to_string(result.size()));
+      hasResults_ = true;
       ++made_;
+      if (!std::exchange(isMeasured, true)) // now it is known how large results are
+        requireRoom(kind, static_cast<double>(result.size()) * (count - done - 1));
     } else if (!file.empty()) {
       std::optional<std::string> read = readResult(file);
       if (!read)
-        throw ResourceLimit("the result '" + file.string() + "' has changed while it was used; go on with --resume");
+        throw ResourceLimit("the result '" + file.string() + "' has changed while it was used");
       result = *std::move(read);
     }
+    ++done;
     useResult(n, std::move(result));
   };
   OneProcess here;

@@ -520,6 +520,16 @@ struct MeshBytes {
   }
 };
 
+TEST_F(ToolFiles, WhatKilledRunsWereWritingGoes)
+{
+  write("in.xyz", tool::sphereRows(pointCount));
+  write(".out.999999999.part.ply", "of a process that is gone");
+  write(".out.1.part.ply", "of one that is there");
+  write(".outer.999999999.part.ply", "of another output");
+  succeed({"in.xyz", "out.ply"});
+  EXPECT_EQ(files(), (std::vector<std::string>{".out.1.part.ply", ".outer.999999999.part.ply", "in.xyz", "out.ply"}));
+}
+
 TEST_F(ToolFiles, TilesJoinToTheMesh)
 {
   pcl::io::savePCDFileBinary(path("colored.pcd").string(), coloredSphere());

@@ -16,7 +16,8 @@ fail() {
 
 "$scan" torus cloud.ply --points 60000 --quiet
 # So little memory that the finest level is in tiles, and the mesh in parts.
-options=(--quality fine --dense-voxels 60000 --max-memory 35 --report)
+unlimited=(--quality fine --dense-voxels 60000 --report)
+options=(--max-memory 35 "${unlimited[@]}")
 expected=
 for ranks in 1 2 5; do
   "$mpirun" --oversubscribe -n $ranks "$reconstruction" cloud.ply mesh$ranks.ply "${options[@]}" report$ranks.json
@@ -49,7 +50,11 @@ for command in "$mpirun --oversubscribe -n 2" ""; do
   [ ! -e resumed.ply ] || fail "a killed run leaves a mesh"
   "$reconstruction" cloud.ply resumed.ply "${options[@]}" resumed.json --work-directory work &&
     fail "results of an earlier run are taken without being asked for"
-  $command "$reconstruction" cloud.ply resumed.ply "${options[@]}" resumed.json --work-directory work --resume |
+  $command "$reconstruction" cloud.ply other.ply --max-memory 400 "${unlimited[@]}" other.json --work-directory work --resume
+  grep -q 'its parts were cut for --max-memory 35, and this run has 400' other.json ||
+    fail "nothing tells why another limit resumes nothing"
+  # With the first run's limit, which the journal has.
+  $command "$reconstruction" cloud.ply resumed.ply "${unlimited[@]}" resumed.json --work-directory work --resume |
     tee resumed.txt
   grep -qE '^ +[1-9][0-9]* of [0-9]+ parts of the run were there' resumed.txt || fail "nothing was resumed"
   [ "$(sha256sum <resumed.ply)" = "$expected" ] || fail "a resumed run makes other bytes"

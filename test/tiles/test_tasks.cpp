@@ -354,6 +354,23 @@ TEST(TaskDirectory, RemovesWhatAKilledRunWasWriting)
   EXPECT_TRUE(fs::is_empty(directory.path())) << "half a result is left behind";
 }
 
+TEST(TaskDirectory, IsKnownForItsOwnBeforeItHasResults)
+{
+  const Directory directory;
+  const std::string copy = directory.path() + ".copy";
+  {
+    const TaskDirectory killed(directory.path(), false);
+    fs::copy(directory.path(), copy); // as a run leaves it that is killed now
+  }
+  EXPECT_FALSE(fs::exists(directory.path()));
+  {
+    TaskDirectory tasks(copy, false); // there is nothing to resume
+    outcome(&tasks);
+    tasks.remove();
+  }
+  EXPECT_FALSE(fs::exists(copy));
+}
+
 TEST(TaskDirectory, IsOfOneRun)
 {
   const Directory directory;
@@ -393,7 +410,7 @@ TEST(TaskDirectory, WithoutRoomKeepsWhatWasWritten)
   {
     TaskDirectory tasks(directory.path(), false);
     setrlimit(RLIMIT_FSIZE, &small);
-    expectRefused<ResourceLimit>([&] { outcome(&tasks); }, "make room and go on");
+    expectRefused<ResourceLimit>([&] { outcome(&tasks); }, "make room");
     setrlimit(RLIMIT_FSIZE, &before);
   }
   std::signal(SIGXFSZ, former);

@@ -61,8 +61,8 @@ public:
   int found() const { return found_; }
   int made() const { return made_; }
 
-  /// The memory limit of the run in bytes, if the caller sets none: when resuming, the limit of the earlier run,
-  /// because the tasks depend on it. \param now the limit of a new run; it is noted in the journal
+  /// The memory limit that the tasks depend on, in bytes: the one in the journal, which is that of the run whose
+  /// results are here. \param now the limit of this run; it is noted in the journal if there is none
   std::size_t memory(std::size_t now);
 
   /// Removes the results of this run, which are not needed anymore, and the directory if it was made for it.
@@ -70,11 +70,13 @@ public:
 
 private:
   void requireRoom(const std::string& kind, double bytes) const;
+  bool append(const std::string& line);
   void note(const std::string& line);
 
   std::string directory_;
   TaskRunner* inner_;
   bool isOwn_ = false;            ///< the directory was made for the results
+  bool hasResults_ = false;       ///< the journal names some
   int journal_ = -1;              ///< descriptor of the journal, a locked file
   std::size_t memory_ = 0;        ///< memory limit in the journal; 0: none yet
   std::vector<std::string> used_; ///< files of results of this run
