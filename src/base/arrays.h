@@ -2,15 +2,14 @@
 /// Large arrays: uninitialized, or zeroed and aligned.
 #pragma once
 
+#include <sys/mman.h>
+
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
 #include <memory>
 #include <new>
-#include <utility>
 #include <vector>
-
-#include <sys/mman.h>
 
 namespace pcl::mrf {
 
