@@ -18,7 +18,7 @@ namespace {
 
 volatile std::sig_atomic_t interrupted = 0;
 
-/// Called several times a second, on the thread that runs the method. \return false to cancel
+/// Called often, on the thread that runs the method. \return false to cancel
 bool showProgress(const std::string& stage, double fraction)
 {
   std::fprintf(stderr, "\r%-20s %3.0f %%", stage.c_str(), 100 * fraction);

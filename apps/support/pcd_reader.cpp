@@ -5,6 +5,8 @@
 #include "point_readers.h"
 #include "text_file.h"
 
+#include <pcl/surface/mrf/point_set.h>
+
 #include <array>
 #include <cmath>
 #include <cstring>
@@ -35,6 +37,7 @@ struct Header {
   std::optional<std::size_t> color; ///< number of the color field, the last one if there are several
   std::size_t points = 0;
   std::optional<Eigen::Vector3d> sensorOrigin;
+  std::size_t width = 0, height = 0;
   Encoding encoding = Encoding::ascii;
   Lines lines; ///< of the body
 };
@@ -126,8 +129,8 @@ std::vector<Field> parseFields(const std::string& path, const HeaderLines& lines
   return fields;
 }
 
-/// The position of the sensor. Zero counts only in organized clouds; in others it is the default that nobody set.
-std::optional<Eigen::Vector3d> parseViewpoint(const HeaderLines& lines, bool isOrganized)
+/// The position of the sensor, if it is finite.
+std::optional<Eigen::Vector3d> parseViewpoint(const HeaderLines& lines)
 {
   if (!lines.has("VIEWPOINT"))
     return {};
@@ -135,9 +138,7 @@ std::optional<Eigen::Vector3d> parseViewpoint(const HeaderLines& lines, bool isO
   if (!toNumbers(lines.words("VIEWPOINT", 7), values)) // a position and a quaternion
     lines.fail("VIEWPOINT");
   const Eigen::Vector3d position(values[0], values[1], values[2]);
-  if (!position.allFinite() || (position.isZero(0) && !isOrganized))
-    return {};
-  return position;
+  return position.allFinite() ? std::optional(position) : std::nullopt;
 }
 
 Header parseHeader(const std::string& path, const std::string& text)
@@ -165,7 +166,9 @@ Header parseHeader(const std::string& path, const std::string& text)
   header.points = lines.has("POINTS") ? lines.counts("POINTS", 1, 0, max)[0] : width * height;
   if (header.points == 0)
     throw FileError(path, "holds no points");
-  header.sensorOrigin = parseViewpoint(lines, height > 1);
+  header.sensorOrigin = parseViewpoint(lines);
+  header.width = width;
+  header.height = height;
   // The minimum bytes of a point: in text a digit and a blank for each number; LZF packs 88 bytes into one at most.
   double min = 0;
   for (const Field& field : header.fields)
@@ -334,6 +337,12 @@ PointTable readPcd(const std::string& path, const std::string& text)
   else
     readBinary(path, header, filler, table);
   filler.finish(false);
+  // Zero is the default that nobody set, unless the cloud is an image from there.
+  if (table.sensorOrigin && table.sensorOrigin->isZero(0) &&
+      (header.height < 2 || !pcl::mrf::isImageFromZero(header.width, header.height, [&](std::size_t i) {
+         return Eigen::Vector3f(table.positions[i].cast<float>());
+       })))
+    table.sensorOrigin.reset();
   return table;
 }
 

@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#ifdef __linux__
+#include <sched.h>
+#endif
 #include <pcl/surface/mrf/exceptions.h>
 #include <pcl/surface/mrf/execution.h>
 
@@ -207,10 +210,26 @@ private:
   Clock::time_point start_ = Clock::now(), begin_ = start_, reported_ = start_;
 };
 
+namespace {
+
+/// Processors that this process may use: hardware_concurrency() counts all, also those that taskset, a container's
+/// cpuset or a batch system took away.
+int usableProcessors()
+{
+#ifdef __linux__
+  cpu_set_t usable;
+  if (sched_getaffinity(0, sizeof(usable), &usable) == 0)
+    return std::max(1, CPU_COUNT(&usable));
+#endif
+  return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+}
+
+} // namespace
+
 Execution::Execution(int threads, ProgressCallback progress) : threads_(threads), callback_(std::move(progress))
 {
   if (threads_ <= 0)
-    threads_ = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+    threads_ = usableProcessors();
   if (threads_ > 1) {
     workers_ = std::make_unique<Workers>(threads_ - 1);
     threads_ = 1 + static_cast<int>(workers_->threads.size());

@@ -112,6 +112,25 @@ Eigen::Vector3f unitOrZero(const Eigen::Vector3f& vector)
 
 } // namespace
 
+bool isImageFromZero(std::size_t width, std::size_t height, const std::function<Eigen::Vector3f(std::size_t)>& position)
+{
+  constexpr double most = .95, around = .5; // share of the pixels; length of the mean direction
+  double right = 0, mirrored = 0;
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (std::size_t row = 0; row + 1 < height; ++row)
+    for (std::size_t column = 0; column + 1 < width; ++column) {
+      const std::size_t i = row * width + column;
+      const Eigen::Vector3d at = position(i).cast<double>();
+      const double turn = at.dot(position(i + 1).cast<double>().cross(position(i + width).cast<double>()));
+      right += turn > 0 ? 1 : 0;
+      mirrored += turn < 0 ? 1 : 0;
+      if (turn != 0 && std::isfinite(turn))
+        sum += at.normalized();
+    }
+  const double all = right + mirrored;
+  return right >= most * all || (mirrored >= most * all && sum.norm() < around * all);
+}
+
 std::vector<Eigen::Vector3d> sensorsOf(const RawCloud& cloud, const Options& options)
 {
   if (cloud.sensors.empty() && cloud.sensorOrigin && options.orientation.sensorOrigin)
@@ -130,8 +149,9 @@ void validate(const RawCloud& cloud)
   require(cloud.normals.size(), "normals");
   require(cloud.confidences.size(), "confidences");
   require(cloud.deviations.size(), "deviations of the noise");
-  for (const float deviation : cloud.deviations)
-    if (!(deviation > 0) || !std::isfinite(deviation))
+  for (std::size_t i = 0; i < cloud.deviations.size(); ++i)
+    if (const float deviation = cloud.deviations[i];
+        (!(deviation > 0) || !std::isfinite(deviation)) && cloud.positions[i].allFinite()) // a missing pixel needs none
       throw InvalidInput("a point's noise has a deviation of " + decimalText(static_cast<double>(deviation)) +
                          " (noiseField, RawCloud::deviations); each has to be a number above 0: leave points without "
                          "one out of the cloud");

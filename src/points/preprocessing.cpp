@@ -69,7 +69,8 @@ void removeNearCopies(PointSet& points, NeighborSearch& search, Report& report, 
 void checkSensor(PointSet& points, const NeighborDistances& distances, Report& report, Execution& execution)
 {
   constexpr double mayBeHidden = .1;
-  if (points.sensors.size() != 1)
+  const bool isOne = points.sensors.size() == 1;
+  if (!isOne && (points.sensors.empty() || points.views.empty()))
     return;
   const std::vector<float> spacings = localSpacings(points, distances, execution);
   if (spacings.empty())
@@ -77,6 +78,12 @@ void checkSensor(PointSet& points, const NeighborDistances& distances, Report& r
   const double hidden = hiddenShare(points, spacings, execution);
   if (hidden <= mayBeHidden)
     return;
+  if (!isOne) {
+    report.warnings.push_back(std::to_string(std::lround(100 * hidden)) +
+                              " % of the points lie behind others for the sensors that saw them: do the views "
+                              "(RawCloud::views) name the sensors in their order, counted from 0?");
+    return;
+  }
   const BoundingBox box = boundingBox(points.positions);
   const Eigen::Array3f sensor = points.sensors.front();
   const bool isDropped =

@@ -70,21 +70,6 @@ bool SensorView::isBehindSome(const Eigen::Vector3f& position, float margin, con
   return false;
 }
 
-double hiddenShare(const PointArrays& points, const std::vector<float>& spacings, Execution& execution)
-{
-  constexpr std::size_t maxAsked = 2048;
-  const SensorView view(points.sensors.front(), points.positions, execution);
-  const std::size_t asked = std::min(points.size(), maxAsked);
-  const auto isAny = [](std::size_t) { return true; };
-  const double hidden = sumOver(execution, static_cast<std::int64_t>(asked), 64, [&](std::size_t n) {
-    const std::size_t i = n * points.size() / asked;
-    Neighbors besides;
-    const float margin = clearance(spacings[i], points.deviations.empty() ? 0 : points.deviations[i]);
-    return view.isBehindSome(points.positions[i], margin, spacings, isAny, besides) ? 1. : 0.;
-  });
-  return asked > 0 ? hidden / static_cast<double>(asked) : 0;
-}
-
 std::vector<std::vector<std::uint32_t>> pointsOfSensors(const PointArrays& points)
 {
   std::vector<std::vector<std::uint32_t>> own(points.sensors.size());
@@ -96,6 +81,35 @@ std::vector<std::vector<std::uint32_t>> pointsOfSensors(const PointArrays& point
       if (const std::int32_t view = points.views[i]; view >= 0 && static_cast<std::size_t>(view) < own.size())
         own[static_cast<std::size_t>(view)].push_back(i);
   return own;
+}
+
+double hiddenShare(const PointArrays& points, const std::vector<float>& spacings, Execution& execution)
+{
+  constexpr std::size_t maxAsked = 2048, maxSensors = 8;
+  std::vector<std::vector<std::uint32_t>> own = pointsOfSensors(points);
+  std::vector<std::size_t> sensors(own.size()); // those that saw most come first
+  std::iota(sensors.begin(), sensors.end(), 0);
+  std::stable_sort(sensors.begin(), sensors.end(),
+                   [&own](std::size_t a, std::size_t b) { return own[a].size() > own[b].size(); });
+  sensors.resize(std::min(sensors.size(), maxSensors));
+  double hidden = 0, all = 0;
+  for (const std::size_t sensor : sensors) {
+    const std::vector<std::uint32_t>& its = own[sensor];
+    if (its.empty())
+      break;
+    const SensorView view(points.sensors[sensor], points.positions, execution);
+    const std::size_t asked = std::min(its.size(), maxAsked / sensors.size());
+    const auto isAny = [](std::size_t) { return true; };
+    const double share = sumOver(execution, static_cast<std::int64_t>(asked), 64, [&](std::size_t n) {
+      const std::size_t i = its[n * its.size() / asked];
+      Neighbors besides;
+      const float margin = clearance(spacings[i], points.deviations.empty() ? 0 : points.deviations[i]);
+      return view.isBehindSome(points.positions[i], margin, spacings, isAny, besides) ? 1. : 0.;
+    });
+    hidden += share / static_cast<double>(asked) * static_cast<double>(its.size());
+    all += static_cast<double>(its.size());
+  }
+  return all > 0 ? hidden / all : 0;
 }
 
 } // namespace pcl::mrf

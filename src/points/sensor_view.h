@@ -59,8 +59,8 @@ private:
 /// single sensor saw all points.
 std::vector<std::vector<std::uint32_t>> pointsOfSensors(const PointArrays& points);
 
-/// Share of the points that the only sensor did not see, because others hide them; of 2,048 points. \param spacings
-/// local ones
+/// Share of the points that their sensors did not see, because others of these sensors hide them; of 2,048 points of
+/// the eight sensors that saw most. \param spacings local ones
 double hiddenShare(const PointArrays& points, const std::vector<float>& spacings, Execution& execution);
 
 } // namespace pcl::mrf

@@ -335,6 +335,14 @@ TEST(PcdReader, viewpointIsTheSensor)
   EXPECT_EQ(originOf("VIEWPOINT 431000.01 4500000.02 -1 1 0 0 0\n", 1), Eigen::Vector3d(431000.01, 4500000.02, -1));
   EXPECT_EQ(originOf("VIEWPOINT 0 0 0 1 0 0 0\n", 2), Eigen::Vector3d(0, 0, 0)) << "organized";
   EXPECT_FALSE(originOf("VIEWPOINT 0 0 0 1 0 0 0\n", 1)) << "nobody has set it";
+  const auto ofImage = [](const std::string& rows) {
+    return parse("pcd", "FIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nVIEWPOINT 0 0 0 1 0 0 0\nWIDTH 2\nHEIGHT 2\nPOINTS 4\n"
+                        "DATA ascii\n" +
+                            rows)
+        .sensorOrigin;
+  };
+  EXPECT_EQ(ofImage("0 0 5\n1 0 5\n0 1 5\n1 1 5\n"), Eigen::Vector3d(0, 0, 0));
+  EXPECT_FALSE(ofImage("1 0 5\n0 0 5\n1 1 5\n0 1 5\n")) << "moved, so that zero is behind it";
   EXPECT_FALSE(originOf("VIEWPOINT nan 0 0 1 0 0 0\n", 2));
   EXPECT_FALSE(originOf("", 2));
   EXPECT_THROW(originOf("VIEWPOINT 0 0 0 1 0 0\n", 1), FileError);

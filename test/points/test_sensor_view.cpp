@@ -50,6 +50,23 @@ TEST(HiddenShare, TellsABallThatWasSeenAllAround)
   EXPECT_GT(hiddenShareOf(-1), .2);
 }
 
+TEST(Views, ThatNameOtherSensorsAreToldOf)
+{
+  const auto warningsOf = [](float above) {
+    PointSet points = ball(-1, 5);
+    points.sensors.emplace_back(0, 0, -5);
+    for (const Eigen::Vector3f& position : points.positions)
+      points.views.push_back(above * position.z() > 0 ? 0 : 1);
+    Report report;
+    preprocess(std::move(points), {}, *makePointBins(), report, serial);
+    return report.warnings;
+  };
+  EXPECT_TRUE(warningsOf(1).empty());
+  const std::vector<std::string> swapped = warningsOf(-1);
+  ASSERT_EQ(swapped.size(), 1u);
+  EXPECT_NE(swapped.front().find("do the views (RawCloud::views) name the sensors"), std::string::npos) << swapped[0];
+}
+
 TEST(SensorOrigin, ThatCannotHaveSeenThePointsIsNotUsed)
 {
   Report seen, registered, given;

@@ -498,14 +498,16 @@ TEST(Sensors, TheCloudsOwnOriginIsOneIfItIsSetOrTheCloudIsOrganized)
   // Far from zero, so that an origin in another frame than the points' would be on the other side.
   pcl::mrf::PointSet points = patch();
   points.offset = {0, 0, -50};
+  float mirrored = 1;
   const auto run = [&](const Eigen::Vector3f& origin, bool organized, const auto& change) {
     const auto cloud = conversion::make<pcl::PointXYZ>(points);
     cloud->sensor_origin_.head<3>() = origin;
-    if (organized) {
-      cloud->push_back((*cloud)[0]); // an image has rows of equal length
-      cloud->resize(cloud->size() / 2 * 2);
-      cloud->width = static_cast<std::uint32_t>(cloud->size() / 2);
-      cloud->height = 2;
+    if (organized) { // rows go down for who looks from zero, columns to the right
+      *cloud = pcl::PointCloud<pcl::PointXYZ>(40, 40);
+      for (int row = 0; row < 40; ++row)
+        for (int column = 0; column < 40; ++column)
+          cloud->at(column, row) = {mirrored * .05f * static_cast<float>(column), -.05f * static_cast<float>(row), -50};
+      cloud->sensor_origin_.head<3>() = origin;
     }
     On<pcl::PointXYZ> mrf(cloud);
     change(mrf);
@@ -528,6 +530,9 @@ TEST(Sensors, TheCloudsOwnOriginIsOneIfItIsSetOrTheCloudIsOrganized)
                 }),
             std::make_pair(1L, false))
       << "a given position wins";
+  mirrored = -1;
+  EXPECT_EQ(run(zero, true, asIs), std::make_pair(0L, false)) << "moved, so that zero is behind the patch";
+  EXPECT_EQ(run(below, true, asIs), std::make_pair(-1L, true));
 }
 
 TEST(Sensors, NormalsThatLookAtTheOriginSupposeOneThere)

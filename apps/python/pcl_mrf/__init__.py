@@ -5,6 +5,7 @@ import difflib
 import json
 import numbers
 import textwrap
+import time
 import warnings
 
 import numpy as np
@@ -25,8 +26,25 @@ _EXCLUSIVE = [("noise", "smoothing"), ("noise_field", "noise_model"), ("quality"
               ("remesh", "no_remesh")]
 
 
+def _rarely(progress):
+    """Calls a callback ten times a second, at the beginning of each stage and at the end."""
+    told, last = set(), 0
+
+    def tell(stage, done):
+        nonlocal last
+        if stage in told and done < 1 and time.monotonic() < last + .1:
+            return True
+        told.add(stage)
+        answer = progress(stage, done)
+        last = time.monotonic()
+        return bool(answer) if isinstance(answer, np.bool_) else answer
+    return tell
+
+
 def _text(name, value):
     """A value as text for the command line."""
+    if isinstance(value, np.ndarray) and value.ndim == 0:  # as np.load returns numbers of an .npz
+        value = value.item()
     if isinstance(value, (bool, np.bool_)):
         return "on" if value else "off"
     if isinstance(value, numbers.Integral):
@@ -70,7 +88,7 @@ def reconstruct(points, normals=None, colors=None, sensors=None, views=None, noi
     sensors: (m, 3) or (3,), where scanners stood; views: (n,), the sensor, from 0, that saw each point
     noise: standard deviation of the points' errors, one number or (n,)
     confidences: (n,), of the points, 0 to 1
-    progress: is called with the stage and the fraction that is done, several times a second; False cancels the run
+    progress: is called with the stage and the fraction that is done, about ten times a second; False cancels the run
 
     Ctrl-C ends a run within a second. Raises children of Error, and TypeError. What the run has to say of the
     cloud are RuntimeWarnings. The result does not depend on the number of threads.
@@ -80,6 +98,8 @@ def reconstruct(points, normals=None, colors=None, sensors=None, views=None, noi
     n = len(points)
     if noise is not None and np.ndim(noise) > 0:
         noise = checks.column("noise", noise, n)
+        if np.isnan(noise).any():  # as of the pixels without a depth: what is no point needs no noise
+            noise = np.where(np.isfinite(points).all(axis=1), noise, 1)
         if not np.all((noise > 0) & np.isfinite(noise)):
             raise InvalidInput("noise has values that are not above 0; leave points without one out of the cloud")
         options["noise_field"] = "given"  # the name of this option on the command line
@@ -99,7 +119,8 @@ def reconstruct(points, normals=None, colors=None, sensors=None, views=None, noi
                   sensors=sensors if sensors is None else checks.coordinates("sensors", sensors),
                   views=views, noise=noise,
                   confidences=confidences if confidences is None else checks.column("confidences", confidences, n))
-    status, message, report, mesh, field, samples = _core.reconstruct(arrays, _texts(options), progress)
+    status, message, report, mesh, field, samples = _core.reconstruct(arrays, _texts(options),
+                                                                      progress and _rarely(progress))
     report = json.loads(report)
     for warning in report["warnings"]:
         warnings.warn(_core.with_keywords(warning), RuntimeWarning, stacklevel=2)

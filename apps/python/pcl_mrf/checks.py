@@ -13,13 +13,16 @@ def numbers(name, value, kinds="iuf"):
     if isinstance(value, (str, os.PathLike)):
         raise TypeError(f"{name} is a path: load the file first, as np.load and np.loadtxt do")
     if np.ma.is_masked(value):
-        raise InvalidInput(f"{name} is masked in part; leave these out of all arrays: {name}[~mask]")
+        raise InvalidInput(f"{name} is masked in part; leave these out of all arrays: "
+                           f"{name}[~np.ma.getmaskarray({name}){'.any(axis=1)' if np.ndim(value) > 1 else ''}].data")
     try:
         array = np.asarray(value)
     except ValueError:
         raise InvalidInput(f"{name} has rows of different lengths; give an array of numbers") from None
     if array.dtype.names:
-        columns = ", ".join(f"{name}['{column}']" for column in array.dtype.names[:3])
+        names = [("x", "y", "z"), ("normal_x", "normal_y", "normal_z"), ("nx", "ny", "nz")][name == "normals":]
+        names = next((three for three in names if set(three) <= set(array.dtype.names)), array.dtype.names[:3])
+        columns = ", ".join(f"{name}['{column}']" for column in names)
         raise TypeError(f"{name} is an array of records; give np.stack([{columns}], axis=1)")
     if array.dtype.kind not in (kinds if array.size else "iuf"):  # an empty list gives floats
         whole = "" if "f" in kinds else "whole "

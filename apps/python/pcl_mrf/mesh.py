@@ -57,6 +57,9 @@ class Mesh:
     def __repr__(self):
         return f"<pcl_mrf.Mesh: {len(self.vertices)} vertices, {len(self.triangles)} triangles>"
 
+    def __copy__(self):  # copy.copy would take __getstate__, without the field
+        return dataclasses.replace(self)
+
     def __getstate__(self):
         return {**self.__dict__, "field": None}  # the field is not copied to other processes
 
@@ -80,7 +83,8 @@ class Mesh:
                       triangles=checks.rows("triangles", self.triangles, kinds="iu"),
                       normals=self.normals if self.normals is None else checks.rows("normals", self.normals, n),
                       colors=self.colors if self.colors is None else checks.bytes_of("colors", self.colors, n))
-        if self.triangles.size and not 0 <= self.triangles.min() <= self.triangles.max() < n:
+        triangles = arrays["triangles"]
+        if triangles.size and not 0 <= triangles.min() <= triangles.max() < n:
             raise InvalidInput(f"triangles name vertices that are not there: there are {n}, counted from 0")
         for name in ("confidence", "sigma", "sigma_calibrated"):
             values = getattr(self, name)

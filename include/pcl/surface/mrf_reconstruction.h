@@ -199,7 +199,7 @@ public:
   mrf::SolverMethod getSolver() const { return options_.solver.method; }
 
   /// Whether the cloud's sensor_origin_ is its sensor if setSensorPositions gives none (default true). It must not be
-  /// zero, unless the cloud is organized. It only votes on the signs of estimated normals.
+  /// zero, unless the cloud is an organized image from there. It only votes on the signs of estimated normals.
   void setUseSensorOrigin(bool use) { options_.orientation.sensorOrigin = use; }
   bool getUseSensorOrigin() const { return options_.orientation.sensorOrigin; }
 

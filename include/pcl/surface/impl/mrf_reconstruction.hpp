@@ -216,12 +216,16 @@ std::vector<float> readField(const PointCloud<PointNT>& cloud, const Indices& in
 }
 
 /// The sensor origin of a cloud, in the cloud's frame, if it is set. Zero is PCL's default and does not count as set,
-/// unless the cloud is organized: then it is an image from its sensor.
+/// unless the cloud is organized and an image from there.
 template <typename PointNT>
 std::optional<Eigen::Vector3d> sensorOriginOf(const PointCloud<PointNT>& cloud)
 {
   const Eigen::Vector3f origin = cloud.sensor_origin_.template head<3>();
-  if (!origin.allFinite() || (origin.isZero(0) && !cloud.isOrganized()))
+  const auto isImage = [&] {
+    return cloud.isOrganized() &&
+           isImageFromZero(cloud.width, cloud.height, [&](std::size_t i) { return positionOf(cloud[i]); });
+  };
+  if (!origin.allFinite() || (origin.isZero(0) && !isImage()))
     return {};
   return origin.cast<double>();
 }
@@ -363,6 +367,12 @@ void MRFReconstruction<PointNT>::performReconstruction(pcl::PolygonMesh& output)
 template <typename PointNT>
 void MRFReconstruction<PointNT>::performReconstruction(PointCloud& points, std::vector<pcl::Vertices>& polygons)
 {
+  if (input_.get() == &points) { // as callers of other classes of PCL may do; clearing would empty the input
+    PointCloud output;
+    performReconstruction(output, polygons);
+    points = std::move(output);
+    return;
+  }
   const auto clear = [&] {
     points = PointCloud();
     polygons.clear();

@@ -16,8 +16,8 @@
 namespace pcl::mrf {
 
 /// Called with the name of the running stage and the done fraction of the whole run, 0..1, which never falls; if a
-/// stage is called alone, with the fraction of that stage. Returning false cancels the run. Called several times a
-/// second, always from the thread that runs the reconstruction.
+/// stage is called alone, with the fraction of that stage. Returning false cancels the run. Called up to thousands of
+/// times a second, always from the thread that runs the reconstruction.
 using ProgressCallback = std::function<bool(const std::string& stage, double fraction)>;
 
 /// A stage of a run and its expected seconds. Only the ratios between stages count, except for the first stage.

@@ -95,6 +95,13 @@ struct RawCloud {
   PointAttributes attributes;
 };
 
+/// Whether an organized cloud may be the image of a sensor at zero: its columns go to the right of rows that go down,
+/// or the other way round if the points are all around. When pcl::transformPointCloud has moved a cloud and left its
+/// origin where it was, zero may be behind the surface, where the image is mirrored. \param position of a point, by its
+/// index row · width + column
+PCL_MRF_EXPORT bool isImageFromZero(std::size_t width, std::size_t height,
+                                    const std::function<Eigen::Vector3f(std::size_t)>& position);
+
 /// The cloud's sensors or, if it has none and the options allow it, its own sensor origin.
 PCL_MRF_EXPORT std::vector<Eigen::Vector3d> sensorsOf(const RawCloud& cloud, const Options& options);
 
