@@ -80,7 +80,7 @@ SurfaceMesh toMesh(const py::dict& arrays)
   for (const char* name : {"sigma", "sigma_calibrated"})
     if (!arrays[name].is_none())
       mesh.scalars[name] = elementsOf<float, float>(arrays[name]);
-  mesh.doublePrecision = !floatOffset(mesh.vertices).isZero(0);
+  mesh.doublePrecision = needDoubles(mesh.vertices.size(), [&](std::size_t v) { return mesh.vertices[v]; });
   return mesh;
 }
 

@@ -189,7 +189,9 @@ Result reconstruct(Input& input, const Job& job, const Command& command, const p
     const std::size_t noted = command.results->memory(static_cast<std::size_t>(pcl::mrf::memoryLimit(memory)));
     memory = memory == 0 ? noted : memory;
   }
-  const bool isExact = !input.cloud.offset.isZero(0);
+  const bool isExact = needDoubles(input.cloud.positions.size(), [&](std::size_t i) {
+    return Eigen::Vector3d(input.cloud.positions[i].cast<double>() + input.cloud.offset);
+  });
   const auto search = pcl::mrf::makeSearch(options.search);
   pcl::mrf::Reconstruction reconstruction;
   try {

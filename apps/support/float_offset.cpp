@@ -40,6 +40,13 @@ float stepAt(float value)
   return std::nextafter(value, std::numeric_limits<float>::infinity()) - value;
 }
 
+/// The distance between floats at the farthest coordinates of a box, over its diagonal.
+double coarseness(const Eigen::AlignedBox3d& box)
+{
+  const auto farthest = static_cast<float>(box.min().cwiseAbs().cwiseMax(box.max().cwiseAbs()).maxCoeff());
+  return static_cast<double>(stepAt(farthest)) / box.diagonal().norm();
+}
+
 } // namespace
 
 Eigen::Vector3d floatOffset(std::size_t points, const std::function<Eigen::Vector3d(std::size_t)>& position)
@@ -47,10 +54,13 @@ Eigen::Vector3d floatOffset(std::size_t points, const std::function<Eigen::Vecto
   const Eigen::AlignedBox3d box = innerBox(points, position);
   if (box.isEmpty())
     return Eigen::Vector3d::Zero();
-  const auto farthest = static_cast<float>(box.min().cwiseAbs().cwiseMax(box.max().cwiseAbs()).maxCoeff());
-  if (static_cast<double>(stepAt(farthest)) <= 2e-7 * box.diagonal().norm())
-    return Eigen::Vector3d::Zero();
-  return box.center();
+  return coarseness(box) <= 2e-7 ? Eigen::Vector3d(Eigen::Vector3d::Zero()) : Eigen::Vector3d(box.center());
+}
+
+bool needDoubles(std::size_t points, const std::function<Eigen::Vector3d(std::size_t)>& position)
+{
+  const Eigen::AlignedBox3d box = innerBox(points, position);
+  return !box.isEmpty() && std::sqrt(static_cast<double>(points)) * coarseness(box) > 1e-3;
 }
 
 float floatRounding(const std::vector<Eigen::Vector3d>& positions)

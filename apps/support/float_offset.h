@@ -22,6 +22,10 @@ inline Eigen::Vector3d floatOffset(const std::vector<Eigen::Vector3d>& positions
   return floatOffset(positions.size(), [&positions](std::size_t i) { return positions[i]; });
 }
 
+/// Whether floats are too coarse for a mesh through these points: a thousandth of its edges, or more. PCL's readers
+/// know coordinates in float only, and take others for zero.
+bool needDoubles(std::size_t points, const std::function<Eigen::Vector3d(std::size_t)>& position);
+
 /// The bounding box of the finite positions.
 inline Eigen::AlignedBox3d boxOf(const std::vector<Eigen::Vector3d>& positions)
 {

@@ -26,7 +26,7 @@ struct SurfaceMesh {
   std::vector<std::array<std::uint8_t, 3>> colors;
   std::vector<float> intensities;
   std::map<std::string, std::vector<float>> scalars; ///< further fields by their names, which have no blanks
-  bool doublePrecision = false; ///< float does not hold the vertices: formats that hold doubles get doubles
+  bool doublePrecision = false; ///< float is too coarse for the vertices: formats that hold doubles get doubles
 };
 
 /// Moves the mesh out of a reconstruction, into the cloud's frame. \param isExact float does not hold its vertices

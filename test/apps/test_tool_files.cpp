@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Every input and output format, in files that other programs write and read.
+#include "support/clouds.h"
 #include "support/conversion.h"
 #include "support/tool.h"
 
@@ -373,6 +374,21 @@ TEST_F(ToolFiles, SurveyCoordinatesKeepTheirDigits)
     // A fifth of a voxel of .3.
     ASSERT_NEAR((Eigen::Map<const Eigen::Vector3d>(mesh->GetPoint(v)) - center).norm(), 1, .06);
   EXPECT_NE(tool::readText(path("out.obj")).find("v 123456"), std::string::npos);
+}
+
+// PCL's reader takes coordinates in double for zero.
+TEST_F(ToolFiles, PclReadsAMeshAFewSizesFromTheOrigin)
+{
+  const Eigen::Vector3d center(0, 0, 20);
+  std::ostringstream rows;
+  for (const Eigen::Vector3d& position : clouds::spherePoints(pointCount))
+    rows << (center + position).transpose() << '\n';
+  write("in.xyz", rows.str());
+  succeed({"in.xyz", "out.ply"});
+  pcl::PointCloud<pcl::PointXYZ> vertices;
+  ASSERT_EQ(pcl::io::loadPLYFile(path("out.ply"), vertices), 0);
+  for (const pcl::PointXYZ& vertex : vertices)
+    ASSERT_NEAR((vertex.getVector3fMap().cast<double>() - center).norm(), 1, .05);
 }
 
 TEST_F(ToolFiles, SigmaIsInEveryFormatThatHoldsFields)
