@@ -186,8 +186,10 @@ Result reconstruct(Input& input, const Job& job, const Command& command, const p
   execution.setTasks(command.results ? command.results : command.ranks);
   pcl::mrf::Options options = command.options;
   if (std::size_t& memory = options.multiscale.maxMemory; command.results != nullptr) {
-    const std::size_t noted = command.results->memory(static_cast<std::size_t>(pcl::mrf::memoryLimit(memory)));
-    memory = memory == 0 ? noted : memory;
+    // A limit is one of the whole run: what is free, and what the points have taken.
+    const std::size_t ofMachine = static_cast<std::size_t>(pcl::mrf::memoryLimit(0)) + pcl::mrf::peakMemory();
+    const std::size_t noted = command.results->memory(memory > 0 ? memory : ofMachine);
+    memory = memory > 0 ? memory : noted;
   }
   const bool isExact = needDoubles(input.cloud.positions.size(), [&](std::size_t i) {
     return Eigen::Vector3d(input.cloud.positions[i].cast<double>() + input.cloud.offset);

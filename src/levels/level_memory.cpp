@@ -163,6 +163,14 @@ double shareOfTile(int planes, int tiles)
   return std::min(1., 1. / tiles + 2. * tileHalo / planes);
 }
 
+/// Bytes of a band's rows, and of the windows that sweep over them.
+double rowBytes(const GridSize& size, double unknowns, const Workload& workload, int threads)
+{
+  return bytesPerRow * size.y * size.z +
+         GridOperator::sweepBytes(withMargin(size), unknowns, order(workload.prior.kind),
+                                  smootherDegree(workload.solver, workload.prior.kind, false), threads);
+}
+
 /// Peak bytes while a level is solved in a band. \param bands number of levels in bands, up to this one
 double bandBytes(const GridSize& lattice, double side, const Workload& workload, int bands, int threads)
 {
@@ -172,9 +180,7 @@ double bandBytes(const GridSize& lattice, double side, const Workload& workload,
                                          : sizeof(PointSample) * workload.points;
   const double perFace =
       bytesPerFace + (bands <= bandsOfSeveralSteps ? moreBytesPerFace : 0) + (bands == 1 ? moreBytesOfOnlyBand : 0);
-  return data + perFace * faces + bytesPerRow * size.y * size.z +
-         GridOperator::sweepBytes(withMargin(size), unknowns, order(workload.prior.kind),
-                                  smootherDegree(workload.solver, workload.prior.kind, false), threads);
+  return data + perFace * faces + rowBytes(size, unknowns, workload, threads);
 }
 
 /// Voxels of the finest level along each axis.
@@ -234,9 +240,7 @@ double finestBandBytes(const GridSize& size, double unknowns, const Workload& wo
 {
   const double whole = bytesPerFace / unknownsPerFace * unknowns + sizeof(PointSample) * workload.points;
   return (tiles == 1 ? whole : shareOfTile(size.z, tiles) * whole + bytesPerUnknownOfTiles * unknowns) +
-         bytesPerRow * size.y * size.z +
-         GridOperator::sweepBytes(withMargin(size), unknowns, order(workload.prior.kind),
-                                  smootherDegree(workload.solver, workload.prior.kind, false), threads);
+         rowBytes(size, unknowns, workload, threads);
 }
 
 int maxTiles(int planes)

@@ -6,6 +6,7 @@
 
 #include <gtest/gtest.h>
 
+#include <sched.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
@@ -31,6 +32,21 @@ TEST(Execution, SumIsTheSameForAnyNumberOfThreads)
       return sum;
     });
   });
+}
+
+TEST(Execution, TakesTheProcessorsThatTheProcessMayUse)
+{
+  cpu_set_t before, one;
+  ASSERT_EQ(sched_getaffinity(0, sizeof(before), &before), 0);
+  CPU_ZERO(&one);
+  for (int cpu = 0; CPU_COUNT(&one) == 0; ++cpu)
+    if (CPU_ISSET(cpu, &before))
+      CPU_SET(cpu, &one);
+  ASSERT_EQ(sched_setaffinity(0, sizeof(one), &one), 0);
+  const int threads = Execution(0).threads();
+  sched_setaffinity(0, sizeof(before), &before);
+  EXPECT_EQ(threads, 1);
+  EXPECT_EQ(Execution(0).threads(), CPU_COUNT(&before));
 }
 
 TEST(Execution, RethrowsAnExceptionOfTheBodyAndGoesOnWorking)

@@ -2,6 +2,7 @@
 """The Python package, as its users call it. Run by ctest, which says where package, tool and examples are."""
 
 import ast
+import copy
 import json
 import os
 import pickle
@@ -234,6 +235,28 @@ def test_progress_is_told_and_may_cancel(points):
         pcl_mrf.reconstruct(points, progress=lambda stage, done: done < .5)
     with pytest.raises(ZeroDivisionError):  # what the callable raises comes as it is
         pcl_mrf.reconstruct(points, progress=lambda stage, done: 1 / 0)
+
+
+def test_progress_is_told_ten_times_a_second(points):
+    told = []
+    start = time.perf_counter()
+    pcl_mrf.reconstruct(points, progress=lambda stage, done: told.append(stage))
+    assert len(told) <= len(set(told)) + 2 + 10 * (time.perf_counter() - start)
+    with pytest.raises(pcl_mrf.Cancelled):
+        pcl_mrf.reconstruct(points, progress=lambda stage, done: np.bool_(False))
+
+
+def test_what_is_no_point_needs_no_noise(points):
+    missing, noise = points.copy(), np.full(len(points), .01)
+    missing[5], noise[5] = np.nan, np.nan
+    assert pcl_mrf.reconstruct(missing, noise=noise).report["points"]["notFinite"] == 1
+    noise[6] = np.nan
+    with pytest.raises(ValueError, match="noise has values that are not above 0"):
+        pcl_mrf.reconstruct(missing, noise=noise)
+
+
+def test_a_copy_has_the_field(mesh):
+    assert copy.copy(mesh).field is mesh.field is not None
 
 
 def test_other_threads_run_meanwhile_and_ctrl_c_ends_it():

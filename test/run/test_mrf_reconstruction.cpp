@@ -256,6 +256,19 @@ TEST(PaperPreset, RunsPclsOwnParts)
   EXPECT_GE(asked("trimming"), static_cast<int>(mrf.getReport().meshBeforeRemeshing.vertices));
 }
 
+TEST(Interface, TheOutputMayBeTheInput)
+{
+  const Cloud::Ptr cloud = sphereCloud();
+  Cloud vertices;
+  std::vector<pcl::Vertices> polygons, same;
+  On<pcl::PointNormal> mrf(cloud);
+  mrf.reconstruct(vertices, polygons);
+  mrf.reconstruct(*cloud, same);
+  EXPECT_EQ(cloud->size(), vertices.size());
+  EXPECT_EQ(same.size(), polygons.size());
+  EXPECT_GT(same.size(), 100u);
+}
+
 TEST(Interface, TheGivenSearchObjectIsLeftAsItWas)
 {
   const Cloud::Ptr own = conversion::make<pcl::PointNormal>(patch());
