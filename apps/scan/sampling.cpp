@@ -4,13 +4,13 @@
 #include "error_model.h"
 #include "random.h"
 
+#include <base/cell_hash.h>
 #include <base/loops.h>
 #include <pcl/surface/mrf/exceptions.h>
 #include <pcl/surface/mrf/neighbor_search.h>
 
 #include <algorithm>
 #include <cmath>
-#include <unordered_map>
 #include <utility>
 
 namespace pcl::mrf::scan {
@@ -28,50 +28,40 @@ void Points::append(const Points& other, std::size_t i)
 
 namespace {
 
-/// Points in a hash of cubic cells.
+/// Points in cubic cells.
 class PointGrid {
 public:
-  explicit PointGrid(double side) : side_(side) {}
+  PointGrid(const Vector3d& origin, double side) : origin_(origin), cells_(Vector3d::Zero(), side) {}
 
   void add(const Vector3d& position, const Vector3d& normal)
   {
-    cells_[keyOf(cellOf(position))].push_back({position, normal});
+    const std::uint32_t cell = cells_.add(cellOf(position));
+    points_.resize(cells_.size());
+    points_[cell].emplace_back(position, normal);
   }
 
   /// True if a point is closer than radius and faces the same side as the normal: points on the two sides of a thin
   /// plate do not count as neighbors.
   bool hasWithin(const Vector3d& position, const Vector3d& normal, double radius) const
   {
-    const Cell lower = cellOf(position - Vector3d::Constant(radius)),
-               upper = cellOf(position + Vector3d::Constant(radius));
+    const CellHash::Cell lower = cellOf(position - Vector3d::Constant(radius)),
+                         upper = cellOf(position + Vector3d::Constant(radius));
     for (std::int64_t z = lower.z(); z <= upper.z(); ++z)
       for (std::int64_t y = lower.y(); y <= upper.y(); ++y)
         for (std::int64_t x = lower.x(); x <= upper.x(); ++x)
-          if (const auto cell = cells_.find(keyOf({x, y, z})); cell != cells_.end())
-            for (const auto& [place, itsNormal] : cell->second)
+          if (const std::uint32_t cell = cells_.find({x, y, z}); cell != CellHash::none)
+            for (const auto& [place, itsNormal] : points_[cell])
               if ((place - position).squaredNorm() < radius * radius && itsNormal.dot(normal) > 0)
                 return true;
     return false;
   }
 
 private:
-  using Cell = Eigen::Matrix<std::int64_t, 3, 1>;
+  CellHash::Cell cellOf(const Vector3d& position) const { return cells_.cellOf((position - origin_).cast<float>()); }
 
-  Cell cellOf(const Vector3d& position) const
-  {
-    return (position / side_).array().floor().matrix().cast<std::int64_t>();
-  }
-
-  static std::uint64_t keyOf(const Cell& cell)
-  {
-    // 21 bits per axis: cells 2 million cells apart share a list, which costs only time.
-    const std::uint64_t mask = (1u << 21) - 1;
-    const auto bits = [&](int axis) { return static_cast<std::uint64_t>(cell[axis]) & mask; };
-    return mix(bits(0) | bits(1) << 21 | bits(2) << 42);
-  }
-
-  double side_;
-  std::unordered_map<std::uint64_t, std::vector<std::pair<Vector3d, Vector3d>>> cells_; ///< positions and normals
+  Vector3d origin_;
+  CellHash cells_;
+  std::vector<std::vector<std::pair<Vector3d, Vector3d>>> points_; ///< positions and normals, by cell
 };
 
 struct Candidate {
@@ -200,7 +190,7 @@ double meanSpacing(const std::vector<Vector3d>& points, const Box& box, Executio
 }
 
 /// Takes visible candidates until there are as many points as wanted.
-Points samplePoints(Sampler& sampler, const SamplingOptions& options, double visibleArea, double drawnArea,
+Points samplePoints(Sampler& sampler, const Surface& surface, const SamplingOptions& options, double visibleArea,
                     Execution& execution)
 {
   const auto wanted = static_cast<std::size_t>(options.points);
@@ -208,7 +198,7 @@ Points samplePoints(Sampler& sampler, const SamplingOptions& options, double vis
   // Random discs jam at .83 of this side; at .7 one candidate in about 30 still finds a place at the end.
   const bool isEven = options.pattern == Pattern::even;
   double radius = isEven ? .7 * meanSide : 0;
-  PointGrid grid(1.4 * meanSide);
+  PointGrid grid(surface.boundingBox().min(), 1.4 * meanSide);
   Points points;
   const std::size_t batch = std::clamp<std::size_t>(wanted / 2, 1024, 1 << 18);
   while (points.size() < wanted) {
@@ -226,7 +216,8 @@ Points samplePoints(Sampler& sampler, const SamplingOptions& options, double vis
       points.normals.push_back(candidate.normal);
       points.views.push_back(candidate.view);
     }
-    if (static_cast<double>(points.size() - before) < .01 * static_cast<double>(batch) * visibleArea / drawnArea)
+    if (static_cast<double>(points.size() - before) <
+        .01 * static_cast<double>(batch) * visibleArea / surface.drawnArea())
       radius *= .95;
     execution.progress(static_cast<double>(points.size()) / static_cast<double>(wanted));
   }
@@ -278,7 +269,7 @@ Samples sampleSurface(const Surface& surface, const std::vector<Vector3d>& senso
   Samples samples;
   samples.visibleArea = estimateVisibleArea(sampler, surface);
   samples.points = hasRays ? scanWithRays(surface, sensors, options, seed, execution)
-                           : samplePoints(sampler, options, samples.visibleArea, surface.drawnArea(), execution);
+                           : samplePoints(sampler, surface, options, samples.visibleArea, execution);
   if (sensors.empty())
     samples.points.views.clear();
   samples.spacing = meanSpacing(samples.points.positions, surface.boundingBox(), execution);
