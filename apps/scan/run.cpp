@@ -18,6 +18,7 @@
 
 #include <cstdio>
 #include <memory>
+#include <sstream>
 
 namespace mrf_apps {
 namespace {
@@ -60,13 +61,11 @@ PointTable tableOf(const Points& points, bool hasNormals)
 
 std::string sensorsText(const Scan& scan)
 {
-  std::string text;
-  char line[100];
-  for (const Vector3d& x : scan.sensors) {
-    std::snprintf(line, sizeof line, "%.17g %.17g %.17g\n", x.x(), x.y(), x.z());
-    text += line;
-  }
-  return text;
+  std::ostringstream text;
+  text.precision(17);
+  for (const Vector3d& x : scan.sensors)
+    text << x.x() << ' ' << x.y() << ' ' << x.z() << '\n';
+  return text.str();
 }
 
 std::string viewsText(const Scan& scan)

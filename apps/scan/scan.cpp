@@ -53,16 +53,12 @@ void validate(const ScanOptions& options)
 }
 
 /// Samples in the frame of the object, with the sensors rotated back, so that a rotated object gets the same samples as
-/// an unrotated one where both are seen.
-void sample(const Surface& surface, const ScanOptions& options, Execution& execution, Scan& scan)
+/// an unrotated one where both are seen. \param object in the cloud's frame
+/// \return the points between surfaces
+Points sample(const Surface& surface, const Box& object, const ScanOptions& options, Execution& execution, Scan& scan)
 {
-  const Box box = surface.boundingBox();
-  scan.diagonal = box.diagonal().norm();
-  scan.sensors = options.sensors;
-  if (scan.sensors.empty()) {
-    const Vector3d half = .5 * box.sizes(), center = rotate(options.rotation, box.center());
-    scan.sensors = placeSensors(options.views, {center - half, center + half});
-  }
+  scan.diagonal = surface.boundingBox().diagonal().norm();
+  scan.sensors = options.sensors.empty() ? placeSensors(options.views, object) : options.sensors;
   std::vector<Vector3d> seenFromObject;
   for (const Vector3d& sensor : scan.sensors)
     seenFromObject.push_back(rotateBack(options.rotation, sensor));
@@ -74,25 +70,25 @@ void sample(const Surface& surface, const ScanOptions& options, Execution& execu
   scan.spacing = samples.spacing;
   scan.visibleArea = samples.visibleArea;
   scan.clean = std::move(samples.points);
-  scan.between = applyFootprints(surface, seenFromObject, options, scan.spacing, execution, scan.clean);
+  Points between = applyFootprints(surface, seenFromObject, options, scan.spacing, execution, scan.clean);
   if (scan.clean.positions.empty())
     throw InvalidInput("the device measures nothing: all of what it sees are edges");
-  for (Points* points : {&scan.clean, &scan.between})
+  for (Points* points : {&scan.clean, &between})
     for (std::size_t i = 0; i < points->size() && !options.rotation.isZero(0); ++i) {
       points->positions[i] = rotate(options.rotation, points->positions[i]);
       points->normals[i] = rotate(options.rotation, points->normals[i]);
     }
+  return between;
 }
 
 /// Adds the points between surfaces that are in no hole as outliers.
-void addBetween(Scan& scan)
+void addBetween(const Points& between, Scan& scan)
 {
-  for (std::size_t i = 0; i < scan.between.size(); ++i)
-    if (!scan.isInHole(scan.between.positions[i])) {
-      scan.cloud.append(scan.between, i);
+  for (std::size_t i = 0; i < between.size(); ++i)
+    if (!scan.isInHole(between.positions[i])) {
+      scan.cloud.append(between, i);
       ++scan.outliers;
     }
-  scan.between = {};
 }
 
 void chooseHoles(const ScanOptions& options, Scan& scan)
@@ -181,14 +177,15 @@ bool Scan::isInHole(const Vector3d& x) const
 Scan simulateScan(const Surface& surface, const ScanOptions& options, Execution& execution)
 {
   validate(options);
-  Scan scan;
-  sample(surface, options, execution, scan);
-  cutHoles(options, scan);
-  scan.cloud = scan.clean;
   const Vector3d center = rotate(options.rotation, surface.boundingBox().center());
   const Vector3d half = .5 * surface.boundingBox().sizes();
-  addNoise(options, {center - half, center + half}, scan);
-  addBetween(scan);
+  const Box object(center - half, center + half);
+  Scan scan;
+  const Points between = sample(surface, object, options, execution, scan);
+  cutHoles(options, scan);
+  scan.cloud = scan.clean;
+  addNoise(options, object, scan);
+  addBetween(between, scan);
   misalign(options, center, scan);
   addOutliers(options, scan);
   if (options.areNormalsEstimated)

@@ -23,14 +23,8 @@ struct Length {
 /// \return false if the text is none of these, or negative
 bool parseLength(const std::string& text, Length& length);
 
-/// The kind of scanner, with its errors; see error_model.h.
-enum class Device {
-  none,            ///< only the noise that was asked for
-  depthCamera,     ///< errors of the disparity, in steps and patches of pixels; they grow with the depth squared
-  lidar,           ///< noise along the ray, a beam that may meet two surfaces
-  structuredLight, ///< noise divided by the cosine of the angle of incidence, no points at edges
-  photogrammetry   ///< noise as smooth bumps, no points where texture is missing
-};
+/// The kind of scanner, with its errors, see error_model.h; none: only the noise that was asked for.
+enum class Device { none, depthCamera, lidar, structuredLight, photogrammetry };
 
 struct ScanOptions;
 
@@ -77,7 +71,6 @@ struct Scan {
   std::vector<Eigen::Vector3d> sensors; ///< as the scanner knows them: moved with the misalignment of their view
   std::vector<Hole> holes;
   std::int64_t outliers = 0; ///< including those between surfaces
-  Points between;            ///< points between surfaces, until they are in the cloud
   double diagonal = 0;       ///< of the object before it is rotated: 100 %
   double spacing = 0;        ///< mean distance to the closest other point before holes and noise
   double visibleArea = 0;    ///< before holes

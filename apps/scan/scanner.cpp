@@ -31,7 +31,7 @@ bool isOutside(const Vector3d& sensor, const Box& object)
 /// The view of a sensor. Angles are in full turns; for a camera they are places in its image, in focal lengths.
 struct Head {
   Vector3d position;
-  Vector3d forward, left, up; ///< right-handed, unit
+  Eigen::Matrix3d frame; ///< forward, left and up
   bool isCamera = false, turnsAround = false;
   double halfAzimuth = .5;               ///< to either side of forward
   double lowest = -.25, highest = .25;   ///< elevations
@@ -40,6 +40,7 @@ struct Head {
 
   Vector3d direction(double azimuth, double elevation) const
   {
+    const auto forward = frame.col(0), left = frame.col(1), up = frame.col(2);
     if (isCamera)
       return (forward + azimuth * left + elevation * up).normalized();
     const SinCos around = sinCos(azimuth), above = sinCos(elevation);
@@ -66,10 +67,7 @@ Head headOf(const Vector3d& sensor, const Box& box, const SamplingOptions& optio
   head.position = sensor;
   head.azimuthPhase = random.uniform();
   head.rowPhase = random.uniform();
-  const Eigen::Matrix3d frame = viewingFrame(sensor, box, options);
-  head.forward = frame.col(0);
-  head.left = frame.col(1);
-  head.up = frame.col(2);
+  head.frame = viewingFrame(sensor, box, options);
   head.isCamera = options.pattern == Pattern::camera;
   if (head.isCamera) {
     head.halfAzimuth = 320 / options.focalLength;
