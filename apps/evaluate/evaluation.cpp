@@ -114,7 +114,7 @@ ReferenceComparison compare(const SurfaceMesh& mesh, const SurfaceDistance& toMe
   result.normalDeviation = summarize(std::move(angles));
   result.meshToReference = summarize(std::move(distances));
 
-  distances = toMesh.distances(sampleSurface(reference, options.samples, options.seed).positions, execution);
+  distances = distancesOf(toMesh.closest(sampleSurface(reference, options.samples, options.seed).positions, execution));
   result.missingShare = shareAbove(distances, options.farLimit);
   result.referenceToMesh = summarize(std::move(distances));
   if (result.missingShare < 1)
@@ -122,8 +122,8 @@ ReferenceComparison compare(const SurfaceMesh& mesh, const SurfaceDistance& toMe
         (1 - result.inventedShare) * surfaceArea(mesh) / (1 - result.missingShare) / surfaceArea(reference);
 
   result.hausdorff = std::max({result.meshToReference.max, result.referenceToMesh.max,
-                               largest(toReference.distances(usedVertices(mesh), execution)),
-                               largest(toMesh.distances(usedVertices(reference), execution))});
+                               largest(distancesOf(toReference.closest(usedVertices(mesh), execution))),
+                               largest(distancesOf(toMesh.closest(usedVertices(reference), execution)))});
   result.hausdorffPercent = 100 / options.diagonal * result.hausdorff;
   return result;
 }
@@ -262,10 +262,11 @@ std::vector<float> vertexErrors(const SurfaceMesh& mesh, const EvaluationInput& 
 {
   std::vector<float> errors(mesh.vertices.size(), std::numeric_limits<float>::quiet_NaN());
   if (input.reference) {
-    const std::vector<double> distances = SurfaceDistance(*input.reference).distances(finite(mesh.vertices), execution);
+    const std::vector<ClosestPlace> places =
+        SurfaceDistance(*input.reference).closest(finite(mesh.vertices), execution);
     for (std::size_t v = 0, i = 0; v < errors.size(); ++v)
       if (mesh.vertices[v].allFinite())
-        errors[v] = static_cast<float>(distances[i++]);
+        errors[v] = static_cast<float>(places[i++].distance);
     return errors;
   }
 

@@ -103,12 +103,6 @@ std::vector<double> distancesOf(const std::vector<ClosestPlace>& places)
   return result;
 }
 
-std::vector<double> SurfaceDistance::distances(const std::vector<Eigen::Vector3d>& points,
-                                               pcl::mrf::Execution& execution) const
-{
-  return distancesOf(closest(points, execution));
-}
-
 SurfaceSamples sampleSurface(const SurfaceMesh& mesh, std::int64_t count, std::uint64_t seed)
 {
   const double total = surfaceArea(mesh);

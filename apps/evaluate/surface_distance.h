@@ -40,9 +40,6 @@ public:
   /// The result does not depend on the number of threads.
   std::vector<ClosestPlace> closest(const std::vector<Eigen::Vector3d>& points, pcl::mrf::Execution& execution) const;
 
-  /// The distances alone.
-  std::vector<double> distances(const std::vector<Eigen::Vector3d>& points, pcl::mrf::Execution& execution) const;
-
 private:
   struct Locator;
   std::unique_ptr<Locator> locator_;
