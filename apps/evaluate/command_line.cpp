@@ -19,8 +19,8 @@ void check(const EvaluateCommand& command)
   requireMesh("MESH", command.mesh);
   if (!command.reference.empty())
     requireMesh("--reference", command.reference);
-  requireUsage(command.colored.empty() || isMeshFormat(extension(command.colored)),
-               "--colored '" + command.colored + "' does not end in " + meshFileExtensions);
+  requireUsage(command.colored.empty() || isOneOf(extension(command.colored), meshFormats),
+               "--colored '" + command.colored + "' does not end in " + alternatives(meshFormats));
   requireUsage(command.colored.empty() || extension(command.colored) != "stl", "--colored: STL files hold no colors");
   requireUsage(command.colored.empty() || !command.reference.empty() || !command.cloud.empty() ||
                    !command.heldOut.empty() || !command.clean.empty(),
@@ -49,16 +49,16 @@ EvaluateCommand parseEvaluateCommandLine(int argc, const char* const* argv)
   parser.texts.usage = {"[OPTIONS] MESH"};
   std::vector<std::string> operands;
   parser.operands(operands, 1);
-  parser.texts.operands = {{"MESH", std::string("what is measured: ") + meshInputExtensions}};
+  parser.texts.operands = {{"MESH", "what is measured: " + meshInputExtensions}};
 
   parser.group("What is known");
-  parser.file("--input", "CLOUD", command.cloud,
-              std::string("points that were reconstructed (accuracy; figures in local spacings, and flipped normals if "
-                          "it has any): ") +
-                  pointFileExtensions);
+  parser.file(
+      "--input", "CLOUD", command.cloud,
+      "points that were reconstructed (accuracy; figures in local spacings, and flipped normals if it has any): " +
+          pointFileExtensions);
   parser.file("--held-out", "CLOUD", command.heldOut, "points of the surface that were withheld (hole filling)");
   parser.file("--clean", "CLOUD", command.clean, "the input without its noise");
-  parser.file("--reference", "MESH", command.reference, std::string("the true surface: ") + meshInputExtensions);
+  parser.file("--reference", "MESH", command.reference, "the true surface: " + meshInputExtensions);
   parser.vectors(
       "--sensor", options.sensors,
       "saw the reference from here: also tells what a sensor sees of MESH that is missing or in front of the "

@@ -91,18 +91,6 @@ void addInputOptions(OptionParser& parser, Command& command)
               "field of the input with the confidence of each point, 0 to 1; default none");
 }
 
-/// Registers the options about noise. \param noise, smoothing the options of that name
-void addNoiseOptions(OptionParser& parser, Options& options, CLI::Option* noise, CLI::Option* smoothing)
-{
-  noise->excludes(smoothing);
-  CLI::Option* const model = parser.text("--noise-model", "MODEL", options.observation.noiseModel, noiseModelHelp);
-  parser
-      .text("--noise-field", "NAME", options.noiseField,
-            "field of the input with the standard deviation of each point's noise, a length above 0; default none")
-      ->excludes(noise)
-      ->excludes(model);
-}
-
 void addPreprocessingOptions(OptionParser& parser)
 {
   parser.group("Outliers");
@@ -119,7 +107,13 @@ void addModelOptions(OptionParser& parser, Options& options)
   parser.group("Observation");
   parser.declared("observation.kind");
   CLI::Option* smoothing = parser.declared("observation.smoothing");
-  addNoiseOptions(parser, options, parser.declared("observation.noise"), smoothing);
+  CLI::Option* noise = parser.declared("observation.noise")->excludes(smoothing);
+  CLI::Option* model = parser.text("--noise-model", "MODEL", options.observation.noiseModel, noiseModelHelp);
+  parser
+      .text("--noise-field", "NAME", options.noiseField,
+            "field of the input with the standard deviation of each point's noise, a length above 0; default none")
+      ->excludes(noise)
+      ->excludes(model);
   parser.declared({"observation.gradientWeight", "observation.neighbors", "observation.maxDistance"});
 
   parser.group("Prior");
@@ -156,11 +150,11 @@ void addOutputOptions(OptionParser& parser, Command& command, Parsed& parsed)
   parser.group("Files");
   parser.file("--output-directory", "FOLDER", command.outputDirectory,
               "reconstruct each INPUT to a mesh of its name in this folder, which is made if it is not there");
-  parser.words("--input-format", pointFormats(),
+  parser.words("--input-format", pointFormats,
                "format of INPUT, whatever its name ends in; default: by its name, of "
                "standard input by what it begins with",
                [&command](const std::string& word) { command.inputFormat = word; });
-  parser.words("--output-format", meshFormats(),
+  parser.words("--output-format", meshFormats,
                "format of OUTPUT, whatever its name ends in; default: by its name, in a folder ply",
                [&parsed](const std::string& word) { parsed.asked.outputFormat = word; });
   parser.file(
@@ -288,7 +282,7 @@ void requirePointFormat(const std::string& input)
       "INPUT '" + input + "' " +
       (std::filesystem::is_directory(input)
            ? "is a folder; name its files, and where meshes go: " + input + "/*.ply --output-directory meshes"
-           : std::string("does not end in ") + pointFileExtensions + (hint.empty() ? "; say --input-format" : hint)));
+           : "does not end in " + pointFileExtensions + (hint.empty() ? "; say --input-format" : hint)));
 }
 
 /// \throw UsageError if the formats of the files are not known
@@ -300,11 +294,11 @@ void resolveFormats(Command& command, const std::string& outputFormat)
     if (job.output == "-" && outputFormat.empty())
       throw UsageError("OUTPUT is standard output, which has no name to tell the format; say --output-format");
     job.outputFormat = outputFormat.empty() ? extension(job.output) : outputFormat;
-    if (!isMeshFormat(job.outputFormat))
+    if (!isOneOf(job.outputFormat, meshFormats))
       throw UsageError("OUTPUT '" + job.output + "' " +
                        (std::filesystem::is_directory(job.output) || job.output.back() == '/'
                             ? "is a folder; name the mesh in it, or say --output-directory " + job.output
-                            : std::string("does not end in ") + meshFileExtensions + "; say --output-format"));
+                            : "does not end in " + alternatives(meshFormats) + "; say --output-format"));
   }
 }
 
@@ -317,8 +311,8 @@ Command parseCommandLine(int argc, const char* const* argv)
   OptionParser parser(command.options);
   parser.texts.usage = {"[OPTIONS] INPUT... OUTPUT", "[OPTIONS] INPUT... --output-directory FOLDER"};
   parser.operands(parsed.operands, std::string::npos);
-  parser.texts.operands = {{"INPUT", std::string("points: ") + pointFileExtensions + "; -: standard input"},
-                           {"OUTPUT", std::string("mesh: ") + meshFileExtensions + "; -: standard output"}};
+  parser.texts.operands = {{"INPUT", "points: " + pointFileExtensions + "; -: standard input"},
+                           {"OUTPUT", "mesh: " + alternatives(meshFormats) + "; -: standard output"}};
   addEverydayOptions(parser);
   parser.group("Preset");
   parser.choice<pcl::mrf::Preset>(

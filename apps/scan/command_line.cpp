@@ -140,8 +140,7 @@ void addOutputOptions(ToolOptions& parser, ScanCommand& command)
   parser.file("--write-sensors", "FILE", command.sensors, "position of each sensor, x y z per line");
   parser.file("--write-held-out", "CLOUD", command.heldOut, "points that the holes took away, without errors");
   parser.file("--write-clean", "CLOUD", command.clean, "the inliers of OUTPUT in their order, without errors");
-  parser.file("--write-truth", "MESH", command.truth,
-              std::string("the surface itself, seen or not: ") + meshFileExtensions);
+  parser.file("--write-truth", "MESH", command.truth, "the surface itself, seen or not: " + alternatives(meshFormats));
   parser.file("--report", "FILE.json", command.report, "what was done: counts, lengths, holes");
 }
 
@@ -152,10 +151,10 @@ void check(const ScanCommand& command)
   const std::pair<const char*, const std::string&> clouds[] = {
       {"OUTPUT", command.output}, {"--write-held-out", command.heldOut}, {"--write-clean", command.clean}};
   for (const auto& [name, path] : clouds)
-    requireUsage(path.empty() || isWritableCloud(extension(path)),
-                 std::string(name) + " '" + path + "' does not end in " + pointOutputExtensions);
-  requireUsage(command.truth.empty() || isMeshFormat(extension(command.truth)),
-               "--write-truth '" + command.truth + "' does not end in " + meshFileExtensions);
+    requireUsage(path.empty() || isOneOf(extension(path), pointOutputFormats),
+                 std::string(name) + " '" + path + "' does not end in " + alternatives(pointOutputFormats));
+  requireUsage(command.truth.empty() || isOneOf(extension(command.truth), meshFormats),
+               "--write-truth '" + command.truth + "' does not end in " + alternatives(meshFormats));
   const ScanOptions& options = command.options;
   requireUsage(command.heldOut.empty() || options.holes > 0 || !options.holeCenters.empty(),
                "--write-held-out needs holes: --holes or --hole");
@@ -229,9 +228,8 @@ ScanCommand parseScanCommandLine(int argc, const char* const* argv)
   parser.texts.usage = {"[OPTIONS] INPUT OUTPUT"};
   std::vector<std::string> operands;
   parser.operands(operands, 2);
-  parser.texts.operands = {
-      {"INPUT", std::string("mesh: ") + meshInputExtensions + "; or a shape, e.g. torus:major=2,minor=.5"},
-      {"OUTPUT", std::string("cloud: ") + pointOutputExtensions}};
+  parser.texts.operands = {{"INPUT", "mesh: " + meshInputExtensions + "; or a shape, e.g. torus:major=2,minor=.5"},
+                           {"OUTPUT", "cloud: " + alternatives(pointOutputFormats)}};
   addEverydayOptions(parser);
   addDeviceOptions(parser, command);
   addSamplingOptions(parser, command);

@@ -52,9 +52,8 @@ double coarseness(const Eigen::AlignedBox3d& box)
 Eigen::Vector3d floatOffset(std::size_t points, const std::function<Eigen::Vector3d(std::size_t)>& position)
 {
   const Eigen::AlignedBox3d box = innerBox(points, position);
-  if (box.isEmpty())
-    return Eigen::Vector3d::Zero();
-  return coarseness(box) <= 2e-7 ? Eigen::Vector3d(Eigen::Vector3d::Zero()) : Eigen::Vector3d(box.center());
+  const bool areFine = box.isEmpty() || coarseness(box) <= 2e-7;
+  return areFine ? Eigen::Vector3d::Zero() : Eigen::Vector3d(box.center());
 }
 
 bool needDoubles(std::size_t points, const std::function<Eigen::Vector3d(std::size_t)>& position)

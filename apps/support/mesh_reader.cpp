@@ -55,15 +55,12 @@ bool offHasFaces(std::string_view text)
 
 } // namespace
 
-const char* const meshInputExtensions = "ply, obj, off or stl, also with .gz";
+const std::string meshInputExtensions = "ply, obj, off or stl, also with .gz";
 
 std::string whyNotReadable(const std::string& path)
 {
-  const std::string type = unpackedExtension(path);
-  for (const char* known : {"ply", "obj", "off", "stl"})
-    if (type == known)
-      return {};
-  return std::string("does not end in ") + meshInputExtensions + conversionHint(path);
+  const bool isKnown = isOneOf(unpackedExtension(path), {"ply", "obj", "off", "stl"});
+  return isKnown ? "" : "does not end in " + meshInputExtensions + conversionHint(path);
 }
 
 Content contentOf(const std::string& path)

@@ -39,6 +39,6 @@ Content contentOf(const std::string& path);
 void refuseToReplace(Content content, const std::string& output);
 
 /// Extensions that readMesh knows, for messages.
-extern const char* const meshInputExtensions;
+extern const std::string meshInputExtensions;
 
 } // namespace mrf_apps

@@ -119,22 +119,17 @@ PointTable parseAs(const std::string& format, const std::string& path, const std
 
 } // namespace
 
-const char* const pointFileExtensions =
-    "pcd, ply, obj, off, xyz, txt, asc, csv, tsv, dat, pts, ptx or las, also with .gz";
-
-const std::vector<std::string>& pointFormats()
-{
-  static const std::vector<std::string> all = {"pcd", "ply", "obj", "off", "xyz", "txt", "asc",
+const std::vector<std::string> pointFormats = {"pcd", "ply", "obj", "off", "xyz", "txt", "asc",
                                                "csv", "tsv", "dat", "pts", "ptx", "las"};
-  return all;
-}
+
+const std::string pointFileExtensions = alternatives(pointFormats) + ", also with .gz";
+
+const std::vector<std::string> pointOutputFormats = {"ply", "pcd"};
 
 std::string pointFormatOfName(const std::string& path)
 {
   const std::string type = unpackedExtension(path);
-  const std::vector<std::string>& known = pointFormats();
-  const bool isKnown = type == "xyzn" || type == "xyzrgb" || std::find(known.begin(), known.end(), type) != known.end();
-  return isKnown ? type : "";
+  return isOneOf(type, pointFormats) || isOneOf(type, {"xyzn", "xyzrgb"}) ? type : "";
 }
 
 std::string pointFormatOf(std::string_view text)
@@ -142,9 +137,6 @@ std::string pointFormatOf(std::string_view text)
   constexpr std::string_view byteOrderMark = "\xef\xbb\xbf";
   if (text.substr(0, byteOrderMark.size()) == byteOrderMark)
     text.remove_prefix(byteOrderMark.size());
-  const auto isOneOf = [](std::string_view word, std::initializer_list<std::string_view> words) {
-    return std::find(words.begin(), words.end(), word) != words.end();
-  };
   if (text.substr(0, 4) == "LASF")
     return "las";
   std::string_view line;
@@ -183,7 +175,7 @@ PointTable parsePoints(const std::string& format, const std::string& path, const
     table = parseAs(format, path, text);
   } catch (const FileError&) {
     const std::string other = pointFormatOf(text);
-    const bool hasBeginning = format == "ply" || format == "pcd" || format == "las" || format == "off";
+    const bool hasBeginning = isOneOf(format, {"ply", "pcd", "las", "off"});
     if (other.empty() || other == format || (other == "xyz" && !hasBeginning))
       throw;
     throw FileError(path, "is read as " + format + " and begins as " + other + " does: say --input-format " + other);
@@ -200,8 +192,7 @@ PointTable readPoints(const std::string& path, const std::string& format)
     const std::string text = readStandardInput();
     const std::string type = format.empty() ? pointFormatOf(text) : format;
     if (type.empty())
-      throw FileError("standard input",
-                      std::string("looks like none of ") + pointFileExtensions + "; say --input-format");
+      throw FileError("standard input", "looks like none of " + pointFileExtensions + "; say --input-format");
     return parsePoints(type, "standard input", text);
   }
   const std::string type = format.empty() ? pointFormatOfName(path) : format;
@@ -253,13 +244,6 @@ PointTable joinPoints(std::vector<PointTable> tables, const std::vector<std::str
   return whole;
 }
 
-const char* const pointOutputExtensions = "ply or pcd";
-
-bool isWritableCloud(const std::string& extension)
-{
-  return extension == "ply" || extension == "pcd";
-}
-
 void writePoints(const PointTable& points, const std::string& path, const std::string& format)
 {
   const bool hasNormals = !points.normals.empty();
@@ -267,14 +251,14 @@ void writePoints(const PointTable& points, const std::string& path, const std::s
   pcl::mrf::ByteWriter file(path);
   file.text(headerOf(format, std::to_string(points.size()), isDouble, hasNormals));
   for (std::size_t i = 0; i < points.size(); ++i) {
-    for (int axis = 0; axis < 3; ++axis)
+    for (const double coordinate : points.positions[i])
       if (isDouble)
-        file.value(points.positions[i][axis]);
+        file.value(coordinate);
       else
-        file.value(static_cast<float>(points.positions[i][axis]));
+        file.value(static_cast<float>(coordinate));
     if (hasNormals)
-      for (int axis = 0; axis < 3; ++axis)
-        file.value(points.normals[i][axis]);
+      for (const float coordinate : points.normals[i])
+        file.value(coordinate);
   }
   file.close();
 }

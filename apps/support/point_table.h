@@ -31,9 +31,9 @@ struct PointTable {
   bool hasIntensity() const { return scalars.count("intensity") != 0; }
 };
 
-/// Reads the points, or the vertices of a mesh, from a file of one of pointFormats(), which gzip may have packed.
+/// Reads the points, or the vertices of a mesh, from a file of one of pointFormats, which gzip may have packed.
 /// \param path "-" reads standard input
-/// \param format one of pointFormats(); empty: told by the name, or for standard input by its first bytes
+/// \param format one of pointFormats; empty: told by the name, or for standard input by its first bytes
 /// \throw UsageError if the name tells no format
 /// \throw FileError if the file is missing, unreadable, empty, truncated, or not what its extension says
 PointTable readPoints(const std::string& path, const std::string& format = {});
@@ -46,23 +46,20 @@ PointTable parsePoints(const std::string& format, const std::string& path, const
 /// \param paths of the tables, for messages
 PointTable joinPoints(std::vector<PointTable> tables, const std::vector<std::string>& paths);
 
-/// The format that a file's first bytes look like, one of pointFormats(); empty if unknown.
+/// The format that a file's first bytes look like, one of pointFormats; empty if unknown.
 std::string pointFormatOf(std::string_view text);
 
-/// The format that a file's name tells: one of pointFormats(), or Open3D's xyzn or xyzrgb; empty if none.
+/// The format that a file's name tells: one of pointFormats, or Open3D's xyzn or xyzrgb; empty if none.
 std::string pointFormatOfName(const std::string& path);
 
 /// Formats that readPoints knows: extensions in lower case.
-const std::vector<std::string>& pointFormats();
+extern const std::vector<std::string> pointFormats;
 
 /// The same for messages.
-extern const char* const pointFileExtensions;
+extern const std::string pointFileExtensions;
 
-/// True if writePoints knows the extension (lower case, without the dot).
-bool isWritableCloud(const std::string& extension);
-
-/// Extensions that writePoints knows, for messages.
-extern const char* const pointOutputExtensions;
+/// Formats that writePoints knows.
+extern const std::vector<std::string> pointOutputFormats;
 
 /// Writes positions and, if there are any, normals as binary PLY or PCD. Positions are floats, or doubles where float
 /// does not hold them (floatOffset). The bytes are the same everywhere, which PCL's and VTK's writers do not promise.

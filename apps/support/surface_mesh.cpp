@@ -113,7 +113,7 @@ void writeStl(const SurfaceMesh& mesh, const std::string& path)
 
 } // namespace
 
-const char* const meshFileExtensions = "ply, obj, stl, vtk, vtp, glb, dae or 3mf";
+const std::vector<std::string> meshFormats = {"ply", "obj", "stl", "vtk", "vtp", "glb", "dae", "3mf"};
 
 SurfaceMesh toSurfaceMesh(pcl::mrf::Reconstruction& reconstruction, bool isExact)
 {
@@ -164,17 +164,6 @@ std::string shiftWarning(const std::string& path, const Eigen::Vector3d& offset)
   return "'" + path + "' is written relative to " + position.data() +
          ": its format holds 32-bit floats, too coarse for these coordinates; others, such as ply, obj and vtk, hold "
          "them";
-}
-
-const std::vector<std::string>& meshFormats()
-{
-  static const std::vector<std::string> all = {"ply", "obj", "stl", "vtk", "vtp", "glb", "dae", "3mf"};
-  return all;
-}
-
-bool isMeshFormat(const std::string& extension)
-{
-  return std::find(meshFormats().begin(), meshFormats().end(), extension) != meshFormats().end();
 }
 
 bool writeWithoutVtk(const SurfaceMesh& mesh, const std::string& path, const std::string& format)

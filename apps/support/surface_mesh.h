@@ -33,13 +33,7 @@ struct SurfaceMesh {
 SurfaceMesh toSurfaceMesh(pcl::mrf::Reconstruction& reconstruction, bool isExact);
 
 /// Formats that `writeMesh` knows: extensions in lower case, without the dot.
-const std::vector<std::string>& meshFormats();
-
-/// True if `writeMesh` knows the extension (lower case, without the dot).
-bool isMeshFormat(const std::string& extension);
-
-/// Extensions that writeMesh knows, for messages.
-extern const char* const meshFileExtensions;
+extern const std::vector<std::string> meshFormats;
 
 /// The offset that is subtracted from the vertices if the format has float coordinates: near the mesh's center, in few
 /// digits. Zero unless the mesh has doublePrecision.

@@ -135,6 +135,16 @@ std::string joined(const std::vector<std::string>& words, const std::string& sep
   return text;
 }
 
+std::string alternatives(const std::vector<std::string>& words)
+{
+  return joined({words.begin(), words.end() - 1}) + " or " + words.back();
+}
+
+bool isOneOf(std::string_view word, const std::vector<std::string>& words)
+{
+  return std::find(words.begin(), words.end(), word) != words.end();
+}
+
 bool Lines::next(std::string_view& line)
 {
   if (text_.empty())

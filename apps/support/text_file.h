@@ -37,6 +37,11 @@ void writeText(const std::string& path, const std::string& text);
 /// The words as one text.
 std::string joined(const std::vector<std::string>& words, const std::string& separator = ", ");
 
+/// The same with "or" before the last one: "ply, obj or stl".
+std::string alternatives(const std::vector<std::string>& words);
+
+bool isOneOf(std::string_view word, const std::vector<std::string>& words);
+
 /// Iterates over the lines of a text, without their ends: LF, CRLF, or CR in a text without the others.
 class Lines {
 public:

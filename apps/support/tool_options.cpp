@@ -109,7 +109,7 @@ void ToolOptions::operands(std::vector<std::string>& target, std::size_t max)
   app_.add_option_function<std::vector<std::string>>("OPERANDS", [&target, max](const std::vector<std::string>& all) {
     if (all.size() > max)
       throw UsageError("'" + all[max] + "' is one argument too many");
-    if (std::find(all.begin(), all.end(), "") != all.end())
+    if (isOneOf("", all))
       throw UsageError("'' is not the name of a file");
     target = all;
   });
@@ -131,7 +131,7 @@ CLI::Option* ToolOptions::words(const std::string& name, const std::vector<std::
                                 const std::function<void(const std::string&)>& set)
 {
   const auto use = [words, set](const std::string& text) -> std::string {
-    if (std::find(words.begin(), words.end(), text) == words.end())
+    if (!isOneOf(text, words))
       return "is none of " + joined(words) + didYouMean(text, words);
     set(text);
     return {};

@@ -85,7 +85,7 @@ std::vector<std::string> groupsOf(const ToolTexts& texts)
 {
   std::vector<std::string> groups;
   for (const OptionText& option : texts.options)
-    if (std::find(groups.begin(), groups.end(), option.group) == groups.end())
+    if (!isOneOf(option.group, groups))
       groups.push_back(option.group);
   return groups;
 }

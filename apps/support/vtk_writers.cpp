@@ -64,7 +64,7 @@ void writeMesh(const SurfaceMesh& mesh, const std::string& path, const std::stri
   if (writeWithoutVtk(mesh, path, format))
     return;
   if (format != "vtp")
-    throw UsageError("'" + path + "': mesh files end in " + meshFileExtensions);
+    throw UsageError("'" + path + "': mesh files end in " + alternatives(meshFormats));
   writeXml<vtkXMLPolyDataWriter>(toPolyData(mesh), path);
 }
 
