@@ -11,7 +11,6 @@
 #include <pcl/surface/mrf/option_table.h>
 
 #include <algorithm>
-#include <cctype>
 #include <filesystem>
 #include <initializer_list>
 #include <map>
@@ -38,11 +37,8 @@ public:
   {
     const OptionDeclaration& option = pcl::mrf::optionDeclaration(name);
     const auto set = [this, &option](const std::string& text) { return setByText(options_, option, text); };
-    if (option.isNumber()) {
-      std::string unit = option.unit; // upper case in the help
-      std::transform(unit.begin(), unit.end(), unit.begin(), [](unsigned char c) { return std::toupper(c); });
-      return add(option.flag, unit, helpOf(option), set);
-    }
+    if (option.isNumber())
+      return add(option.flag, upperCase(option.unit), helpOf(option), set);
     std::vector<std::string> all;
     for (const auto& entry : option.words)
       all.push_back(entry.first);
@@ -136,10 +132,7 @@ void addMeshOptions(OptionParser& parser, Options& options)
   parser.declared({"remesher.targetEdge", "remesher.triangles", "trimming.kind", "trimming.maxHole", "trimming.maxGap",
                    "trimming.minComponentPoints", "colors"});
   parser.declaredFlag("trimming.watertight");
-}
 
-void addUncertaintyOptions(OptionParser& parser)
-{
   parser.group("Error bars");
   parser.declaredFlag("uncertainty.compute");
   parser.declared({"uncertainty.samples", "uncertainty.surfaces", "uncertainty.maxError"});
@@ -323,7 +316,6 @@ Command parseCommandLine(int argc, const char* const* argv)
   addPreprocessingOptions(parser);
   addModelOptions(parser, command.options);
   addMeshOptions(parser, command.options);
-  addUncertaintyOptions(parser);
   addOutputOptions(parser, command, parsed);
   parser.texts.notes = {"The method is that of Paulsen, Baerentzen and Larsen, Markov Random Field Surface "
                         "Reconstruction, 2010. s is the sampling distance of the points, see --unit. Lengths are in "

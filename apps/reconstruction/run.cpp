@@ -250,12 +250,6 @@ SurfaceMesh movedMesh(const SurfaceMesh& mesh, const std::vector<float>& distanc
   return moved;
 }
 
-/// The sensors that the file or the command names, or the origin if a sensor was supposed there.
-std::vector<Eigen::Vector3d> knownSensors(const Result& result, const Input& input)
-{
-  return result.report.sensorSupposed ? std::vector<Eigen::Vector3d>{Eigen::Vector3d::Zero()} : input.sensors;
-}
-
 void writeReport(const pcl::mrf::Report& report, const Eigen::Vector3d& shiftOfOutput, const Job& job,
                  const std::string& path)
 {
@@ -352,7 +346,9 @@ std::vector<std::pair<std::string, std::int64_t>> writeOutputs(const Result& res
             [&](const std::string& path) { writeField(result.field.otherPieces()[n], result.fieldOffset, path); });
     }
   write(job.picture, [&](const std::string& path) {
-    writePicture(result.mesh, viewOf(result.mesh, knownSensors(result, input), command.camera), path);
+    const std::vector<Eigen::Vector3d> origin = {Eigen::Vector3d::Zero()}; // where a sensor is supposed
+    const std::vector<Eigen::Vector3d>& sensors = result.report.sensorSupposed ? origin : input.sensors;
+    writePicture(result.mesh, viewOf(result.mesh, sensors, command.camera), path);
   });
   write(job.report, [&](const std::string& path) { writeReport(result.report, result.shiftOfOutput, job, path); });
   return written;

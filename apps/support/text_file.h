@@ -90,6 +90,9 @@ bool isCount(double value);
 /// A to Z become a to z.
 char lowerCase(char c);
 
+/// a to z become A to Z.
+std::string upperCase(std::string text);
+
 /// True if two words differ in nothing but the case of their letters a to z.
 bool equalsIgnoringCase(std::string_view a, std::string_view b);
 

@@ -106,12 +106,6 @@ std::string troff(const std::string& text)
   return result;
 }
 
-std::string upperCase(std::string text)
-{
-  std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return std::toupper(c); });
-  return text;
-}
-
 } // namespace
 
 std::string shortHelp(const ToolTexts& texts)
