@@ -91,13 +91,21 @@ SurfaceMesh sphere(int levels, double radius)
   return mesh;
 }
 
+/// nx × ny points `side` apart in a plane of constant z, from the corner on.
+Points lattice(int nx, int ny, double side, const Vector3d& corner = Vector3d::Zero())
+{
+  Points points;
+  for (int j = 0; j < ny; ++j)
+    for (int i = 0; i < nx; ++i)
+      points.emplace_back(corner + Vector3d(i * side, j * side, 0));
+  return points;
+}
+
 /// A rectangle [0, nx·side] × [0, ny·side] at the height z, facing up; triangles row by row.
 SurfaceMesh rectangle(int nx, int ny, double side, double z)
 {
   SurfaceMesh mesh;
-  for (int j = 0; j <= ny; ++j)
-    for (int i = 0; i <= nx; ++i)
-      mesh.vertices.emplace_back(i * side, j * side, z);
+  mesh.vertices = lattice(nx + 1, ny + 1, side, {0, 0, z});
   for (int j = 0; j < ny; ++j)
     for (int i = 0; i < nx; ++i) {
       const int v = i + j * (nx + 1);
@@ -148,16 +156,6 @@ void expectAll(const Statistics& statistics, double value, double tolerance)
 constexpr double rounding = 1e-13;
 /// The same for sums over some ten thousand samples.
 constexpr double sumRounding = 1e-11;
-
-/// nx × ny points `side` apart in the plane z = 0, from the corner on.
-Points lattice(int nx, int ny, double side, const Vector3d& corner = Vector3d::Zero())
-{
-  Points points;
-  for (int j = 0; j < ny; ++j)
-    for (int i = 0; i < nx; ++i)
-      points.emplace_back(corner + Vector3d(i * side, j * side, 0));
-  return points;
-}
 
 /// Local spacing inside a lattice of side 1: the 8th neighbor is across the diagonal of a square.
 const double latticeSpacing = .313 * std::sqrt(2.);

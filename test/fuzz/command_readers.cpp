@@ -15,32 +15,25 @@ namespace {
 
 using namespace pcl::mrf;
 
-/// A command line as the pointers that a main function gets.
-class Words {
-public:
-  Words(const char* program, const std::string& lines)
-  {
-    words_.emplace_back(program);
-    std::istringstream text(lines);
-    for (std::string word; std::getline(text, word);)
-      words_.push_back(word.substr(0, word.find('\0'))); // the system's words end there
-    for (const std::string& word : words_)
-      pointers_.push_back(word.c_str());
-  }
-  int count() const { return static_cast<int>(pointers_.size()); }
-  const char* const* pointers() const { return pointers_.data(); }
-
-private:
-  std::vector<std::string> words_;
-  std::vector<const char*> pointers_;
-};
+/// What a tool parses of lines that are the words of its command line.
+template <typename Parse>
+auto parsed(const Parse& parse, const char* program, const std::string& lines)
+{
+  std::vector<std::string> words = {program};
+  std::istringstream text(lines);
+  for (std::string word; std::getline(text, word);)
+    words.push_back(word.substr(0, word.find('\0'))); // the system's words end there
+  std::vector<const char*> pointers;
+  for (const std::string& word : words)
+    pointers.push_back(word.c_str());
+  return parse(static_cast<int>(pointers.size()), pointers.data());
+}
 
 } // namespace
 
 void readReconstructionCommand(const std::string& lines)
 {
-  const Words words("pcl_mrf_reconstruction", lines);
-  const mrf_apps::Command command = mrf_apps::parseCommandLine(words.count(), words.pointers());
+  const mrf_apps::Command command = parsed(mrf_apps::parseCommandLine, "pcl_mrf_reconstruction", lines);
   if (!command.information.empty())
     return;
   require(!command.jobs.empty(), "a command without a job");
@@ -55,15 +48,13 @@ void readReconstructionCommand(const std::string& lines)
 
 void readEvaluationCommand(const std::string& lines)
 {
-  const Words words("pcl_mrf_evaluate", lines);
-  const mrf_apps::EvaluateCommand command = mrf_apps::parseEvaluateCommandLine(words.count(), words.pointers());
+  const mrf_apps::EvaluateCommand command = parsed(mrf_apps::parseEvaluateCommandLine, "pcl_mrf_evaluate", lines);
   require(!command.information.empty() || !command.mesh.empty(), "a command without its file");
 }
 
 void readScanCommand(const std::string& lines)
 {
-  const Words words("pcl_mrf_scan", lines);
-  mrf_apps::parseScanCommandLine(words.count(), words.pointers());
+  parsed(mrf_apps::parseScanCommandLine, "pcl_mrf_scan", lines);
 }
 
 } // namespace fuzz
