@@ -111,9 +111,7 @@ EvaluateCommand parseEvaluateCommandLine(int argc, const char* const* argv)
                         "Exit status: 0 done, 1 a file cannot be read or written or holds nothing to measure, 2 wrong "
                         "usage, 3 the method failed."};
 
-  command.information = parser.parse(argc, argv);
-  if (!command.information.empty())
-    return command;
+  parser.parse(argc, argv);
   if (operands.empty())
     throw UsageError("MESH is missing");
   command.mesh = operands.front();

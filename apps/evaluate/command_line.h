@@ -19,10 +19,9 @@ struct EvaluateCommand {
   bool merge = false; ///< merge vertices of the mesh with equal coordinates
   bool sigma = false; ///< check the error bars of the mesh
   bool quiet = false;
-  std::string information; ///< text of --help or --version; if set, the rest is not
 };
 
-/// Parses and checks everything that can be checked without opening a file. \throw UsageError
+/// Parses and checks everything that can be checked without opening a file. \throw UsageError, Information
 EvaluateCommand parseEvaluateCommandLine(int argc, const char* const* argv);
 
 } // namespace mrf_apps

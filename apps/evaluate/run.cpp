@@ -127,7 +127,6 @@ int run(const EvaluateCommand& command)
 
 int main(int argc, char** argv)
 {
-  return mrf_apps::toolMain("pcl_mrf_evaluate", "", [&] {
-    return mrf_apps::runOrTell(mrf_apps::parseEvaluateCommandLine(argc, argv), mrf_apps::run);
-  });
+  return mrf_apps::toolMain("pcl_mrf_evaluate", "",
+                            [&] { return mrf_apps::run(mrf_apps::parseEvaluateCommandLine(argc, argv)); });
 }

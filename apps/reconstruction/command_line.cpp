@@ -325,9 +325,7 @@ Command parseCommandLine(int argc, const char* const* argv)
                         "Exit status: 0 done, 1 a file cannot be read or written or holds nothing to reconstruct, 2 "
                         "wrong usage, 3 the method failed; of several inputs that of the first one that failed."};
 
-  command.information = parser.parse(argc, argv);
-  if (!command.information.empty())
-    return command;
+  parser.parse(argc, argv);
   if (command.outputDirectory.empty())
     command.jobs = {singleJob(parsed)};
   else

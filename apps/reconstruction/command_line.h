@@ -39,10 +39,9 @@ struct Command {
   pcl::mrf::TaskRunner* ranks = nullptr;      ///< the processes that mpirun started
   pcl::mrf::TaskDirectory* results = nullptr; ///< those in the work directory
   bool hasProgress = false;                   ///< show progress even if standard error is no terminal
-  std::string information;                    ///< text of --help or a similar option; if set, the rest is not
 };
 
-/// Parses and checks everything that can be checked without opening a file. \throw UsageError
+/// Parses and checks everything that can be checked without opening a file. \throw UsageError, Information
 Command parseCommandLine(int argc, const char* const* argv);
 
 } // namespace mrf_apps

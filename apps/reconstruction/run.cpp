@@ -526,9 +526,8 @@ std::unique_ptr<pcl::mrf::TaskDirectory> keptResults(const Command& command)
 
 /// Reads, reconstructs, writes and prints the summary, job by job. A job that fails leaves no output behind.
 /// \return the exit status of the first job that failed \throw FileError, UsageError if nothing can be done
-int run(const Command& given, pcl::mrf::TaskRunner* ranks)
+int run(Command command, pcl::mrf::TaskRunner* ranks)
 {
-  Command command = given;
   command.ranks = ranks;
   const std::unique_ptr<pcl::mrf::TaskDirectory> results = keptResults(command);
   command.results = results.get();
@@ -551,23 +550,19 @@ int run(const Command& given, pcl::mrf::TaskRunner* ranks)
 int runRank(int argc, char** argv)
 {
   const bool isSilent = isRank() && launched("OMPI_COMM_WORLD_LOCAL_RANK") != "0"; // another rank prints the same
-  Command given;
+  Command command;
   try {
-    given = parseCommandLine(argc, argv);
-  } catch (const UsageError&) {
+    command = parseCommandLine(argc, argv);
+  } catch (...) {
     if (!isSilent)
       throw;
     return exitDone;
   }
-  if (isSilent && !given.information.empty())
-    return exitDone;
-  return runOrTell(given, [&](const Command& command) {
-    warnOfLaunchers();
-    std::unique_ptr<pcl::mrf::TaskRunner> ranks;
-    if (isRank() && !(ranks = pcl::mrf::tasksOfRanks()))
-      return int{exitDone}; // another rank has done the run
-    return run(command, ranks.get());
-  });
+  warnOfLaunchers();
+  std::unique_ptr<pcl::mrf::TaskRunner> ranks;
+  if (isRank() && !(ranks = pcl::mrf::tasksOfRanks()))
+    return exitDone; // another rank has done the run
+  return run(std::move(command), ranks.get());
 }
 
 } // namespace

@@ -251,9 +251,7 @@ ScanCommand parseScanCommandLine(int argc, const char* const* argv)
                         "Exit status: 0 done, 1 a file cannot be read or written or nothing is seen, 2 wrong usage, 3 "
                         "the method failed."};
 
-  command.information = parser.parse(argc, argv);
-  if (!command.information.empty())
-    return command;
+  parser.parse(argc, argv);
   if (operands.size() < 2)
     throw UsageError(operands.empty() ? "INPUT and OUTPUT are missing" : "OUTPUT is missing");
   command.input = operands[0];

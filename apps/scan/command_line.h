@@ -18,10 +18,9 @@ struct ScanCommand {
   pcl::mrf::scan::ScanOptions options;
   int threads = 0;
   bool quiet = false;
-  std::string information; ///< text of --help or --version; if set, the rest is not
 };
 
-/// Parses and checks everything that can be checked without opening a file. \throw UsageError
+/// Parses and checks everything that can be checked without opening a file. \throw UsageError, Information
 ScanCommand parseScanCommandLine(int argc, const char* const* argv);
 
 } // namespace mrf_apps

@@ -150,7 +150,6 @@ int run(const ScanCommand& command)
 
 int main(int argc, char** argv)
 {
-  return mrf_apps::toolMain("pcl_mrf_scan", "ask for fewer --points", [&] {
-    return mrf_apps::runOrTell(mrf_apps::parseScanCommandLine(argc, argv), mrf_apps::run);
-  });
+  return mrf_apps::toolMain("pcl_mrf_scan", "ask for fewer --points",
+                            [&] { return mrf_apps::run(mrf_apps::parseScanCommandLine(argc, argv)); });
 }

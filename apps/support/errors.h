@@ -43,6 +43,11 @@ public:
   explicit UsageError(const std::string& message) : std::runtime_error(escaped(message)) {}
 };
 
+/// What a command line throws that asks for a text alone, such as the help; it is printed and is no error.
+struct Information {
+  std::string text;
+};
+
 /// \throw UsageError with the message unless the condition holds
 inline void requireUsage(bool holds, const std::string& message)
 {

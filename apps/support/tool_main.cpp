@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "tool_main.h"
 
+#include "errors.h"
 #include "output_files.h"
 
 #include <pcl/console/print.h>
 #include <pcl/surface/mrf/exceptions.h>
 #include <pcl/surface/mrf/option_table.h>
 
+#include <cstdio>
 #include <new>
 
 #ifdef __GLIBC__
@@ -48,6 +50,9 @@ int guarded(const std::string& name, const std::string& subject, const std::stri
   };
   try {
     return part();
+  } catch (const Information& asked) {
+    std::fputs(asked.text.c_str(), stdout);
+    return exitDone;
   } catch (const UsageError& error) {
     return fail(exitUsage, error.what());
   } catch (const FileError& error) {

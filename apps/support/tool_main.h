@@ -2,9 +2,6 @@
 /// Turns exceptions into one line on standard error and an exit status, for all tools.
 #pragma once
 
-#include "errors.h"
-
-#include <cstdio>
 #include <functional>
 #include <string>
 
@@ -14,16 +11,6 @@ namespace mrf_apps {
 /// \param tool returns the exit status, see ExitStatus
 /// \return that status, or the one for the exception that the tool throws
 int toolMain(const std::string& name, const std::string& memoryAdvice, const std::function<int()>& tool);
-
-/// Runs a command, or prints the text that it asks for, such as the help. \return the exit status
-template <typename Command, typename Run>
-int runOrTell(const Command& command, const Run& run)
-{
-  if (command.information.empty())
-    return run(command);
-  std::fputs(command.information.c_str(), stdout);
-  return exitDone;
-}
 
 /// Runs a part of a tool; what it throws becomes a line on standard error.
 /// \param subject the input that the part is about, which every line names; may be empty

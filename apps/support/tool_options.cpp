@@ -10,12 +10,6 @@
 namespace mrf_apps {
 namespace {
 
-/// Ends the parse of a command line that asks for a text, such as the help.
-struct Information : CLI::Success {
-  explicit Information(std::string wanted) : text(std::move(wanted)) {}
-  std::string text;
-};
-
 /// The minimum number of letters to insert, drop, change, or swap with the next that turns one word into the other.
 std::size_t editDistance(const std::string& a, const std::string& b)
 {
@@ -92,7 +86,7 @@ void ToolOptions::information(const std::string& name, const std::string& help,
                               const std::function<std::string()>& text)
 {
   group_ = "Information";
-  flag(name, help, [text] { throw Information(text()); });
+  flag(name, help, [text] { throw Information{text()}; });
   group_ = "Options";
 }
 
@@ -222,14 +216,12 @@ void ToolOptions::refuseUnknown(const std::vector<std::string>& typed) const
   throw UsageError("'" + words.front() + "' is one argument too many");
 }
 
-std::string ToolOptions::parse(int argc, const char* const* argv)
+void ToolOptions::parse(int argc, const char* const* argv)
 {
   texts.options.insert(texts.options.end(), last_.begin(), last_.end());
   last_.clear();
   try {
     app_.parse(argc, argv);
-  } catch (const Information& information) {
-    return information.text;
   } catch (const CLI::ExtrasError&) {
     refuseUnknown({argv + 1, argv + argc});
   } catch (const CLI::ArgumentMismatch& error) {
@@ -237,7 +229,6 @@ std::string ToolOptions::parse(int argc, const char* const* argv)
   } catch (const CLI::ParseError& error) {
     throw UsageError(error.what());
   }
-  return {};
 }
 
 } // namespace mrf_apps

@@ -137,8 +137,8 @@ public:
 
   bool isGiven(const std::string& name) const { return app_.get_option(name)->count() > 0; }
 
-  /// Parses. \return the text that --help or a similar option asks for; empty: run the command \throw UsageError
-  std::string parse(int argc, const char* const* argv);
+  /// \throw UsageError, Information
+  void parse(int argc, const char* const* argv);
 
 private:
   static std::string checkWhole(const std::string& text, double lower, double upper, double& value);

@@ -34,8 +34,6 @@ auto parsed(const Parse& parse, const char* program, const std::string& lines)
 void readReconstructionCommand(const std::string& lines)
 {
   const mrf_apps::Command command = parsed(mrf_apps::parseCommandLine, "pcl_mrf_reconstruction", lines);
-  if (!command.information.empty())
-    return;
   require(!command.jobs.empty(), "a command without a job");
   for (const mrf_apps::Job& job : command.jobs)
     require(!job.inputs.empty() && !job.output.empty(), "a job without its files");
@@ -49,7 +47,7 @@ void readReconstructionCommand(const std::string& lines)
 void readEvaluationCommand(const std::string& lines)
 {
   const mrf_apps::EvaluateCommand command = parsed(mrf_apps::parseEvaluateCommandLine, "pcl_mrf_evaluate", lines);
-  require(!command.information.empty() || !command.mesh.empty(), "a command without its file");
+  require(!command.mesh.empty(), "a command without its file");
 }
 
 void readScanCommand(const std::string& lines)

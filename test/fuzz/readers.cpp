@@ -96,6 +96,8 @@ bool runReader(const Reader& reader, const std::string& bytes)
   try {
     reader.read(bytes);
     return true;
+  } catch (const Information&) { // such as the help
+    return true;
   } catch (const FileError& error) {
     const std::string message = error.what();
     require(message.rfind("'" + path + "': ", 0) == 0, "the message does not name the file");
