@@ -53,9 +53,7 @@ void resolve(const SurfaceMesh& mesh, const EvaluationInput& input, Evaluation& 
   EvaluationOptions& options = evaluation.options;
   if (options.diagonal == 0) {
     const bool isOfCloud = !input.reference && !input.cloud.empty();
-    evaluation.diagonalSource = isOfCloud         ? DiagonalSource::cloud
-                                : input.reference ? DiagonalSource::reference
-                                                  : DiagonalSource::mesh;
+    evaluation.diagonalSource = isOfCloud ? "input cloud" : input.reference ? "reference" : "mesh";
     const SurfaceMesh& surface = input.reference ? *input.reference : mesh;
     options.diagonal = isOfCloud ? diagonalOf(input.cloud) : diagonalOf(usedVertices(surface));
     if (!(options.diagonal > 0))

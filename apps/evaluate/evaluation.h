@@ -52,8 +52,6 @@ struct EvaluationOptions {
   std::uint64_t seed = 1;                               ///< of the samples
 };
 
-enum class DiagonalSource { option, reference, cloud, mesh };
-
 /// Compares the mesh with the true surface, by samples that stand for the same area each.
 struct ReferenceComparison {
   Statistics meshToReference, referenceToMesh;
@@ -111,8 +109,8 @@ struct LocalComparison {
 };
 
 struct Evaluation {
-  EvaluationOptions options; ///< with the automatic values replaced
-  DiagonalSource diagonalSource = DiagonalSource::option;
+  EvaluationOptions options;            ///< with the automatic values replaced
+  std::string diagonalSource = "given"; ///< or "reference", "input cloud", "mesh"
 
   /// Exact distances from the points to the mesh (the paper's Sec. 4): `rms` of the cloud is the accuracy, that of the
   /// held-out points the error of filled holes.

@@ -22,12 +22,6 @@ MRF_JSON(SigmaEvaluation, measured, fillings, sparsification, notKnown)
 
 namespace {
 
-const char* nameOf(DiagonalSource source)
-{
-  const char* const names[] = {"given", "reference", "input cloud", "mesh"};
-  return names[static_cast<int>(source)];
-}
-
 ordered_json toJson(const LocalComparison& local)
 {
   ordered_json json = {{"spacing", local.spacing}, {"unevenness", local.unevenness}, {"cloudRms", local.cloudRms}};
@@ -76,7 +70,7 @@ ordered_json toJson(const Evaluation& evaluation)
 {
   ordered_json json;
   json["diagonal"] = evaluation.options.diagonal;
-  json["diagonalSource"] = nameOf(evaluation.diagonalSource);
+  json["diagonalSource"] = evaluation.diagonalSource;
   json["farLimit"] = evaluation.options.farLimit;
   json["samples"] = evaluation.options.samples;
   json["seed"] = evaluation.options.seed;
