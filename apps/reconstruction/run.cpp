@@ -348,7 +348,7 @@ std::vector<std::pair<std::string, std::int64_t>> writeOutputs(const Result& res
   write(job.picture, [&](const std::string& path) {
     const std::vector<Eigen::Vector3d> origin = {Eigen::Vector3d::Zero()}; // where a sensor is supposed
     const std::vector<Eigen::Vector3d>& sensors = result.report.sensorSupposed ? origin : input.sensors;
-    writePicture(result.mesh, viewOf(result.mesh, sensors, command.camera), path);
+    writePicture(result.mesh, sensors, command.camera, path);
   });
   write(job.report, [&](const std::string& path) { writeReport(result.report, result.shiftOfOutput, job, path); });
   return written;

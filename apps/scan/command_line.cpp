@@ -68,12 +68,10 @@ void addDeviceOptions(ToolOptions& parser, ScanCommand& command)
 
 void checkDevice(const ToolOptions& parser, const ScanOptions& options)
 {
-  const auto refuse = [&](const char* option, bool hasUse, const char* why) {
-    if (parser.isGiven(option) && !hasUse)
-      throw UsageError(std::string(option) + " is " + why);
-  };
-  refuse("--baseline", options.device == Device::depthCamera, "of --device depth-camera");
-  refuse("--focal-length", options.sampling.pattern == Pattern::camera, "of --sampling camera");
+  requireUsage(!parser.isGiven("--baseline") || options.device == Device::depthCamera,
+               "--baseline is of --device depth-camera");
+  requireUsage(!parser.isGiven("--focal-length") || options.sampling.pattern == Pattern::camera,
+               "--focal-length is of --sampling camera");
 }
 
 void addViewOptions(ToolOptions& parser, ScanCommand& command)

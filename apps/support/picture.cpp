@@ -72,7 +72,7 @@ std::optional<PictureOptions> viewFrom(const Eigen::Vector3d& sensor, const Surf
   return options;
 }
 
-/// The unit direction out of the flattest side of the mesh; see viewOf.
+/// The unit direction out of the flattest side of the mesh; see writePicture.
 Eigen::Vector3d outOfFlattestSide(const SurfaceMesh& mesh, const Eigen::Matrix3d& sides)
 {
   Eigen::Vector3d mean = Eigen::Vector3d::Zero(), facing = Eigen::Vector3d::Zero();
@@ -114,6 +114,23 @@ const std::map<std::string, Eigen::Vector3d> sidesByName = {{"front", {0, 0, 1}}
                                                             {"left", {-1, 0, 0}}, {"right", {1, 0, 0}},
                                                             {"top", {0, 1, 0}},   {"bottom", {0, -1, 0}}};
 
+PictureOptions viewOf(const SurfaceMesh& mesh, const std::vector<Eigen::Vector3d>& sensors, const std::string& camera)
+{
+  const Eigen::Matrix3d sides = sidesOf(mesh, sensors);
+  if (camera.empty()) {
+    const std::optional<PictureOptions> view =
+        sensors.size() == 1 ? viewFrom(sensors.front(), mesh, sides) : std::nullopt;
+    return view ? *view : viewOfFlattestSide(mesh, sides);
+  }
+  const auto named = sidesByName.find(camera);
+  Eigen::Vector3d direction;
+  if (named != sidesByName.end())
+    direction = sides * named->second;
+  else
+    parseSensor(camera, direction);
+  return viewAlong(-direction, sides);
+}
+
 const PictureRenderer& renderer()
 {
   return shownBy<PictureRenderer>(MRF_PICTURE_MODULE, "pictureRenderer", "pictures");
@@ -136,31 +153,15 @@ std::string wrongCamera(const std::string& camera)
   return "is none of front, back, left, right, top, bottom and no direction X,Y,Z, such as 1,-1,0.5";
 }
 
-PictureOptions viewOf(const SurfaceMesh& mesh, const std::vector<Eigen::Vector3d>& sensors, const std::string& camera)
-{
-  const Eigen::Matrix3d sides = sidesOf(mesh, sensors);
-  if (camera.empty()) {
-    const std::optional<PictureOptions> view =
-        sensors.size() == 1 ? viewFrom(sensors.front(), mesh, sides) : std::nullopt;
-    return view ? *view : viewOfFlattestSide(mesh, sides);
-  }
-  const auto named = sidesByName.find(camera);
-  Eigen::Vector3d direction;
-  if (named != sidesByName.end())
-    direction = sides * named->second;
-  else
-    parseSensor(camera, direction);
-  return viewAlong(-direction, sides);
-}
-
 void requireDisplay()
 {
   renderer().requireDisplay();
 }
 
-void writePicture(const SurfaceMesh& mesh, const PictureOptions& options, const std::string& path)
+void writePicture(const SurfaceMesh& mesh, const std::vector<Eigen::Vector3d>& sensors, const std::string& camera,
+                  const std::string& path)
 {
-  writeText(path, renderer().render(mesh, options));
+  writeText(path, renderer().render(mesh, viewOf(mesh, sensors, camera)));
 }
 
 } // namespace mrf_apps
