@@ -225,11 +225,7 @@ bool AnalyticSurface::firstHit(const Vector3d& origin, const Vector3d& direction
       (shape_.box.max() - point.position + margin).minCoeff() < 0 || (shape_.isOpen && shape_.isOpen(point.position)))
     return false;
   // The rounding error of the differences is about 10⁻¹⁶/10⁻⁶.
-  for (int axis = 0; axis < 3; ++axis) {
-    const Vector3d offset = 1e-6 * diagonal * Vector3d::Unit(axis);
-    point.normal[axis] = shape_.distance(point.position + offset) - shape_.distance(point.position - offset);
-  }
-  point.normal = point.normal.normalized();
+  point.normal = shapes::normalOf(shape_.distance, point.position, 1e-6 * diagonal);
   return true;
 }
 

@@ -91,9 +91,8 @@ Sdf subtract(const Sdf& a, std::vector<Sdf> b)
   };
 }
 
-Vector3d normalOf(const Sdf& sdf, const Vector3d& position)
+Vector3d normalOf(const Sdf& sdf, const Vector3d& position, double step)
 {
-  const double step = 1e-5;
   Vector3d gradient;
   for (int axis = 0; axis < 3; ++axis) {
     const Vector3d offset = step * Vector3d::Unit(axis);

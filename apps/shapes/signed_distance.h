@@ -35,7 +35,7 @@ Sdf unite(std::vector<Sdf> shapes);
 Sdf subtract(const Sdf& a, std::vector<Sdf> b);
 
 /// Unit outward normal by central differences.
-Eigen::Vector3d normalOf(const Sdf& sdf, const Eigen::Vector3d& position);
+Eigen::Vector3d normalOf(const Sdf& sdf, const Eigen::Vector3d& position, double step = 1e-5);
 
 constexpr double pi = 3.14159265358979323846;
 
