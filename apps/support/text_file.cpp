@@ -41,17 +41,6 @@ std::string readAll(std::FILE* file, std::size_t size, const std::string& name)
   return text;
 }
 
-void splitAt(std::string_view separators, std::string_view line, std::vector<std::string_view>& words)
-{
-  words.clear();
-  std::size_t begin = line.find_first_not_of(separators);
-  while (begin != std::string_view::npos) {
-    const std::size_t end = line.find_first_of(separators, begin);
-    words.push_back(line.substr(begin, end == std::string_view::npos ? end : end - begin));
-    begin = line.find_first_not_of(separators, end);
-  }
-}
-
 /// True if a number outside of the range of double is too close to zero, false if it is too large.
 bool isTiny(std::string_view number)
 {
@@ -190,14 +179,20 @@ std::string_view takeWord(std::string_view& text)
   return word;
 }
 
-void split(std::string_view line, std::vector<std::string_view>& words)
+void split(std::string_view line, std::vector<std::string_view>& words, std::string_view separators)
 {
-  splitAt(" \t", line, words);
+  words.clear();
+  std::size_t begin = line.find_first_not_of(separators);
+  while (begin != std::string_view::npos) {
+    const std::size_t end = line.find_first_of(separators, begin);
+    words.push_back(line.substr(begin, end == std::string_view::npos ? end : end - begin));
+    begin = line.find_first_not_of(separators, end);
+  }
 }
 
 void splitRow(std::string_view line, std::vector<std::string_view>& words)
 {
-  splitAt(" \t,;", line, words);
+  split(line, words, " \t,;");
 }
 
 bool haveDecimalCommas(const std::vector<std::string_view>& words)

@@ -68,8 +68,8 @@ private:
 /// Takes the next word off a text, across line ends. \return empty at the end
 std::string_view takeWord(std::string_view& text);
 
-/// Splits a line at blanks and tabs.
-void split(std::string_view line, std::vector<std::string_view>& words);
+/// Splits a line at blanks and tabs, or at other separators.
+void split(std::string_view line, std::vector<std::string_view>& words, std::string_view separators = " \t");
 
 /// Splits a row of a table: at commas and semicolons, too.
 void splitRow(std::string_view line, std::vector<std::string_view>& words);
