@@ -42,7 +42,7 @@ struct SurfaceDistance::Locator {
   vtkNew<vtkStaticCellLocator> cells;
 };
 
-SurfaceDistance::SurfaceDistance(const SurfaceMesh& mesh) : locator_(std::make_unique<Locator>())
+SurfaceDistance::SurfaceDistance(const SurfaceMesh& mesh) : locator_(std::make_shared<Locator>())
 {
   Eigen::AlignedBox3d box;
   SurfaceMesh surface;
@@ -71,8 +71,6 @@ SurfaceDistance::SurfaceDistance(const SurfaceMesh& mesh) : locator_(std::make_u
   const vtkSMPTools::Config oneThread(std::string("Sequential"));
   vtkSMPTools::LocalScope(oneThread, [&] { locator_->cells->BuildLocator(); });
 }
-
-SurfaceDistance::~SurfaceDistance() = default;
 
 std::vector<ClosestPlace> SurfaceDistance::closest(const std::vector<Eigen::Vector3d>& points,
                                                    pcl::mrf::Execution& execution) const

@@ -34,7 +34,6 @@ class SurfaceDistance {
 public:
   /// Cost: linear in the triangles. \throw pcl::mrf::InvalidInput if no triangle has an area
   explicit SurfaceDistance(const SurfaceMesh& mesh);
-  ~SurfaceDistance();
 
   /// The closest place for each point. \pre the points are finite
   /// The result does not depend on the number of threads.
@@ -42,7 +41,7 @@ public:
 
 private:
   struct Locator;
-  std::unique_ptr<Locator> locator_;
+  std::shared_ptr<Locator> locator_;
 };
 
 struct SurfaceSamples {
