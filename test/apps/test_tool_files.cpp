@@ -36,8 +36,8 @@ using nlohmann::json;
 
 constexpr int pointCount = 500;
 
-template <typename Reader>
-vtkSmartPointer<vtkPolyData> readMesh(const std::string& path)
+template <typename Reader, typename Data = vtkPolyData>
+vtkSmartPointer<Data> outputOf(const std::string& path)
 {
   auto reader = vtkSmartPointer<Reader>::New();
   reader->SetFileName(path.c_str());
@@ -105,10 +105,7 @@ protected:
 
   vtkSmartPointer<vtkImageData> readField(const std::string& name) const
   {
-    auto reader = vtkSmartPointer<vtkXMLImageDataReader>::New();
-    reader->SetFileName(path(name).c_str());
-    reader->Update();
-    return reader->GetOutput();
+    return outputOf<vtkXMLImageDataReader, vtkImageData>(path(name));
   }
 };
 
@@ -224,12 +221,12 @@ TEST_F(ToolFiles, EveryMeshFormatHoldsTheSameMesh)
       ASSERT_EQ(Eigen::Map<const Eigen::Vector3d>(mesh->GetPoint(v)).cast<float>(),
                 Eigen::Vector3f(cloud[v].getVector3fMap()));
   };
-  const auto vtk = readMesh<vtkPolyDataReader>(path("out.vtk"));
-  const auto vtp = readMesh<vtkXMLPolyDataReader>(path("out.vtp"));
-  expectSame(readMesh<vtkOBJReader>(path("out.obj")), "obj");
+  const auto vtk = outputOf<vtkPolyDataReader>(path("out.vtk"));
+  const auto vtp = outputOf<vtkXMLPolyDataReader>(path("out.vtp"));
+  expectSame(outputOf<vtkOBJReader>(path("out.obj")), "obj");
   expectSame(vtk, "vtk");
   expectSame(vtp, "vtp");
-  const auto stl = readMesh<vtkSTLReader>(path("out.STL"));
+  const auto stl = outputOf<vtkSTLReader>(path("out.STL"));
   EXPECT_EQ(stl->GetNumberOfPoints(), vertices); // its reader merges equal corners
   EXPECT_EQ(stl->GetNumberOfPolys(), triangles);
 
@@ -368,7 +365,7 @@ TEST_F(ToolFiles, SurveyCoordinatesKeepTheirDigits)
     const tool::Outcome outcome = succeed({"in.xyz", name});
     EXPECT_EQ(outcome.err, "");
   }
-  const auto mesh = readMesh<vtkXMLPolyDataReader>(path("out.vtp"));
+  const auto mesh = outputOf<vtkXMLPolyDataReader>(path("out.vtp"));
   ASSERT_GT(mesh->GetNumberOfPoints(), 100);
   for (vtkIdType v = 0; v < mesh->GetNumberOfPoints(); ++v)
     // A fifth of a voxel of .3.
@@ -406,8 +403,8 @@ TEST_F(ToolFiles, SigmaIsInEveryFormatThatHoldsFields)
     EXPECT_TRUE(conversion::hasField(plyOf("out.ply"), name)) << name;
   for (const char* name : {"out.vtk", "out.vtp"}) {
     succeed({"in.xyz", name, "-q", "--color", "sigma"});
-    const auto mesh = std::string(name) == "out.vtk" ? readMesh<vtkPolyDataReader>(path(name))
-                                                     : readMesh<vtkXMLPolyDataReader>(path(name));
+    const auto mesh = std::string(name) == "out.vtk" ? outputOf<vtkPolyDataReader>(path(name))
+                                                     : outputOf<vtkXMLPolyDataReader>(path(name));
     vtkDataArray* sigma = mesh->GetPointData()->GetArray("sigma");
     ASSERT_NE(sigma, nullptr) << name;
     EXPECT_EQ(sigma->GetNumberOfTuples(), mesh->GetNumberOfPoints());
@@ -590,10 +587,7 @@ TEST_F(ToolFiles, TilesJoinToTheMesh)
     std::sort(mesh.triangles.begin(), mesh.triangles.end());
     std::sort(joined.begin(), joined.end());
     EXPECT_TRUE(joined == mesh.triangles) << "each triangle in one tile";
-    std::size_t written = 0;
-    for (const auto& entry : std::filesystem::directory_iterator(path(folder)))
-      written += entry.path().extension() == ".ply" ? 1 : 0;
-    EXPECT_EQ(written, tiles.size());
+    EXPECT_EQ(files(folder).size(), tiles.size() + 1) << "they and their index";
   }
   succeed({"colored.pcd", "--output-directory", "meshes", "--output-tiles", "tiles", "-q"});
   EXPECT_EQ(parsed("meshes/colored-tiles/index.json").at("tiles").size(), 1u);

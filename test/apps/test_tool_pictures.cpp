@@ -2,12 +2,13 @@
 // Pictures, checked by their pixels.
 #include "support/tool.h"
 
+#include <vtkDataArray.h>
 #include <vtkImageData.h>
 #include <vtkPNGReader.h>
+#include <vtkPointData.h>
 #include <vtkSmartPointer.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 namespace {
@@ -28,11 +29,7 @@ Pixels countPixels(const std::string& path)
   vtkImageData* image = reader->GetOutput();
   Pixels pixels;
   for (vtkIdType i = 0; i < image->GetNumberOfPoints(); ++i) {
-    std::array<int, 3> rgb{};
-    const int components = image->GetNumberOfScalarComponents();
-    const auto* bytes = static_cast<const unsigned char*>(image->GetScalarPointer()) + i * components;
-    for (int channel = 0; channel < 3; ++channel)
-      rgb[channel] = bytes[components < 3 ? 0 : channel];
+    const double* const rgb = image->GetPointData()->GetScalars()->GetTuple3(i);
     ++pixels.all;
     // Shading scales the channels; what tells the two colors apart is which one leads, and clearly.
     const bool isSkin = rgb[0] > 40 && rgb[0] > 1.15 * rgb[2];

@@ -108,12 +108,8 @@ TEST_F(ToolStreams, EachInputBecomesAFileInTheFolder)
   const tool::Outcome outcome = run({"sphere.xyz", "two.xyz", "nowhere.ply", "scans/half.xyz", "--output-directory",
                                      "a/meshes", "--output-format", "obj", "--report", "r.json"});
   EXPECT_EQ(outcome.status, 1);
-  std::vector<std::string> names;
-  for (const auto& entry : std::filesystem::directory_iterator(path("a/meshes")))
-    names.push_back(entry.path().filename().string());
-  std::sort(names.begin(), names.end());
-  EXPECT_EQ(names, (std::vector<std::string>{"half-r.json", "half.obj", "nowhere-r.json", "sphere-r.json", "sphere.obj",
-                                             "two-r.json"}))
+  EXPECT_EQ(files("a/meshes"), (std::vector<std::string>{"half-r.json", "half.obj", "nowhere-r.json", "sphere-r.json",
+                                                         "sphere.obj", "two-r.json"}))
       << "a failure leaves its report alone";
   // A line for each.
   EXPECT_EQ(std::count(outcome.out.begin(), outcome.out.end(), '\n'), 2) << outcome.out;

@@ -144,10 +144,10 @@ void Test::expectFailure(const std::vector<std::string>& arguments, int status, 
   EXPECT_EQ(files(), before);
 }
 
-std::vector<std::string> Test::files() const
+std::vector<std::string> Test::files(const std::string& subfolder) const
 {
   std::vector<std::string> names;
-  for (const fs::directory_entry& entry : fs::directory_iterator(folder_))
+  for (const fs::directory_entry& entry : fs::directory_iterator(path(subfolder)))
     names.push_back(entry.path().filename().string());
   std::sort(names.begin(), names.end());
   return names;

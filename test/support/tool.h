@@ -68,8 +68,8 @@ protected:
   std::filesystem::path path(const std::string& name) const { return folder_ / name; }
   void write(const std::string& name, const std::string& text) const { writeText(path(name), text); }
 
-  /// Names in the folder, hidden ones included, sorted.
-  std::vector<std::string> files() const;
+  /// Names in the folder, or in one of its own, hidden ones included, sorted.
+  std::vector<std::string> files(const std::string& subfolder = {}) const;
 
 private:
   std::filesystem::path program_, folder_;
