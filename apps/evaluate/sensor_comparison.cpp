@@ -109,37 +109,36 @@ double limitAt(double depth, const EvaluationOptions& options)
   return options.farLimit + options.farGrowth * depth * depth;
 }
 
-class Comparison {
-public:
-  Comparison(const SurfaceMesh& mesh, const SurfaceMesh& reference, const std::vector<Vector3d>& measured,
-             const EvaluationOptions& options, Execution& execution)
-      : mesh_(mesh), reference_(reference), options_(options), execution_(execution), toMesh_(mesh),
-        toReference_(reference), measured_(measured, execution)
-  {}
+struct Comparison {
+  const SurfaceMesh &mesh, &reference;
+  const EvaluationOptions& options;
+  Execution& execution;
+  LocalSpacing scanned; ///< of the measured points
+  Rays toMesh = Rays(mesh), toReference = Rays(reference);
 
   /// Compares the reference with the mesh as the sensors see them. \return the true area where the mesh is there
   double compareViews(SensorComparison& result) const
   {
-    const std::size_t sensors = options_.sensors.size();
-    const SurfaceSamples truth = sampleSurface(reference_, options_.samples, options_.seed);
-    const std::vector<bool> isScanned = areScanned(truth.positions, measured_, execution_);
+    const std::size_t sensors = options.sensors.size();
+    const SurfaceSamples truth = sampleSurface(reference, options.samples, options.seed);
+    const std::vector<bool> isScanned = areScanned(truth.positions, scanned, execution);
     std::vector<Seen> seen(truth.positions.size() * sensors);
     std::vector<double> areas(truth.positions.size()); ///< of samples, by interpolated normals, over the triangles'
-    pcl::mrf::forEach(execution_, options_.samples, 256, [&](std::size_t i) {
+    pcl::mrf::forEach(execution, options.samples, 256, [&](std::size_t i) {
       for (std::size_t s = 0; s < sensors; ++s) {
-        const Vector3d &sensor = options_.sensors[s], &x = truth.positions[i];
+        const Vector3d &sensor = options.sensors[s], &x = truth.positions[i];
         const auto triangle = static_cast<std::size_t>(truth.triangles[i]);
-        const Sight sight(sensor, x, options_.sensorAxis);
+        const Sight sight(sensor, x, options.sensorAxis);
         Rays::Hit hit;
-        if (!isScanned[i] || !(sight.depth > 0) || !toReference_.first(sensor, sight.direction, hit) ||
+        if (!isScanned[i] || !(sight.depth > 0) || !toReference.first(sensor, sight.direction, hit) ||
             hit.range < (1 - 1e-6) * sight.range)
           continue;
         Seen& one = seen[i * sensors + s];
-        const double across = std::abs(areaVector(reference_, triangle).normalized().dot(sight.direction));
+        const double across = std::abs(areaVector(reference, triangle).normalized().dot(sight.direction));
         one.weight = across * sight.range / std::pow(sight.depth, 3);
-        areas[i] = across / std::max(.05, std::abs(toReference_.normalAt(triangle, x).dot(sight.direction)));
-        one.limit = limitAt(sight.depth, options_);
-        one.isHit = toMesh_.first(sensor, sight.direction, hit);
+        areas[i] = across / std::max(.05, std::abs(toReference.normalAt(triangle, x).dot(sight.direction)));
+        one.limit = limitAt(sight.depth, options);
+        one.isHit = toMesh.first(sensor, sight.direction, hit);
         one.error = (hit.range - sight.range) * sight.depth / sight.range;
       }
     });
@@ -165,28 +164,28 @@ public:
     result.inFrontShare = front / all;
     result.missingShare = 1 - (front + there) / all;
     result.rms = there > 0 ? std::sqrt(squares / there) : 0;
-    result.rmsPercent = 100 / options_.diagonal * result.rms;
+    result.rmsPercent = 100 / options.diagonal * result.rms;
     result.rmsInLimits = there > 0 ? std::sqrt(inLimits / there) : 0;
-    return trueArea / static_cast<double>(areas.size()) * surfaceArea(reference_);
+    return trueArea / static_cast<double>(areas.size()) * surfaceArea(reference);
   }
 
   /// Compares the samples of the mesh with the reference. \param trueArea as compareViews returns it
   void compareSurface(double trueArea, SensorComparison& result) const
   {
-    const std::size_t sensors = options_.sensors.size();
-    const SurfaceSamples made = sampleSurface(mesh_, options_.samples, options_.seed);
+    const std::size_t sensors = options.sensors.size();
+    const SurfaceSamples made = sampleSurface(mesh, options.samples, options.seed);
     // Samples of the mesh stand for the same area each. Behind the visible surface nothing is known.
     std::vector<Rays::Hit> hits(made.positions.size() * sensors);
     std::vector<Vector3d> hitPlaces(hits.size());
-    pcl::mrf::forEach(execution_, options_.samples, 256, [&](std::size_t i) {
+    pcl::mrf::forEach(execution, options.samples, 256, [&](std::size_t i) {
       for (std::size_t s = 0; s < sensors; ++s) {
-        const Sight sight(options_.sensors[s], made.positions[i], options_.sensorAxis);
+        const Sight sight(options.sensors[s], made.positions[i], options.sensorAxis);
         if (sight.depth > 0)
-          toReference_.first(options_.sensors[s], sight.direction, hits[i * sensors + s]);
-        hitPlaces[i * sensors + s] = options_.sensors[s] + hits[i * sensors + s].range * sight.direction;
+          toReference.first(options.sensors[s], sight.direction, hits[i * sensors + s]);
+        hitPlaces[i * sensors + s] = options.sensors[s] + hits[i * sensors + s].range * sight.direction;
       }
     });
-    const std::vector<bool> isHitScanned = areScanned(hitPlaces, measured_, execution_);
+    const std::vector<bool> isHitScanned = areScanned(hitPlaces, scanned, execution);
     enum class Place { unknown, inFront, measured };
     std::vector<double> measured; // angles
     double before = 0, flipped = 0;
@@ -196,14 +195,14 @@ public:
         const Rays::Hit& hit = hits[i * sensors + s];
         if (hit.range == 0 || !isHitScanned[i * sensors + s])
           continue;
-        const Sight sight(options_.sensors[s], made.positions[i], options_.sensorAxis);
-        const double depth = hit.range * sight.depth / sight.range, limit = limitAt(depth, options_);
+        const Sight sight(options.sensors[s], made.positions[i], options.sensorAxis);
+        const double depth = hit.range * sight.depth / sight.range, limit = limitAt(depth, options);
         if (sight.depth < depth - limit)
           place = Place::inFront;
         if (std::abs(sight.depth - depth) > limit)
           continue;
         place = Place::measured;
-        const Vector3d face = areaVector(mesh_, made.triangles[i]);
+        const Vector3d face = areaVector(mesh, made.triangles[i]);
         measured.push_back(std::atan2(face.cross(hit.normal).norm(), face.dot(hit.normal)) * 180 / M_PI);
         flipped += measured.back() > 90 ? 1 : 0;
       }
@@ -216,15 +215,8 @@ public:
     result.medianNormalError = pcl::mrf::median(measured);
     result.flippedShare = flipped / static_cast<double>(measured.size());
     if (trueArea > 0)
-      result.areaRatio = static_cast<double>(measured.size()) / count * surfaceArea(mesh_) / trueArea;
+      result.areaRatio = static_cast<double>(measured.size()) / count * surfaceArea(mesh) / trueArea;
   }
-
-private:
-  const SurfaceMesh &mesh_, &reference_;
-  const EvaluationOptions& options_;
-  Execution& execution_;
-  Rays toMesh_, toReference_;
-  LocalSpacing measured_;
 };
 
 } // namespace
@@ -233,7 +225,7 @@ SensorComparison compareFromSensors(const SurfaceMesh& mesh, const SurfaceMesh& 
                                     const std::vector<Vector3d>& measured, const EvaluationOptions& options,
                                     Execution& execution)
 {
-  const Comparison comparison(mesh, reference, measured, options, execution);
+  const Comparison comparison{mesh, reference, options, execution, LocalSpacing(measured, execution)};
   SensorComparison result;
   comparison.compareSurface(comparison.compareViews(result), result);
   return result;

@@ -21,16 +21,17 @@ namespace {
 namespace fs = std::filesystem;
 
 /// Cuts a mesh by the first corners of its triangles.
-class TileCutter {
-public:
-  TileCutter(const SurfaceMesh& mesh, std::size_t largest, const std::function<void(const SurfaceMesh&)>& use)
-      : mesh_(mesh), largest_(largest), use_(use), places_(mesh.vertices.size(), -1)
-  {}
+struct TileCutter {
+  const SurfaceMesh& mesh;
+  std::size_t largest;
+  const std::function<void(const SurfaceMesh&)>& use;
+  /// Of the vertices in a tile; −1 between tiles.
+  std::vector<std::int32_t> places = std::vector<std::int32_t>(mesh.vertices.size(), -1);
 
   /// Calls use(tile), tile after tile.
   void operator()()
   {
-    std::vector<std::uint32_t> all(mesh_.triangles.size());
+    std::vector<std::uint32_t> all(mesh.triangles.size());
     std::iota(all.begin(), all.end(), 0U);
     cut(all.begin(), all.end());
   }
@@ -40,13 +41,13 @@ private:
 
   void cut(Iterator begin, Iterator end)
   {
-    const auto count = static_cast<std::size_t>(end - begin), tiles = (count + largest_ - 1) / largest_;
+    const auto count = static_cast<std::size_t>(end - begin), tiles = (count + largest - 1) / largest;
     if (tiles <= 1) {
       std::sort(begin, end);
-      use_(extract(begin, end));
+      use(extract(begin, end));
       return;
     }
-    const auto corner = [this](std::uint32_t triangle) { return mesh_.vertices[mesh_.triangles[triangle][0]]; };
+    const auto corner = [this](std::uint32_t triangle) { return mesh.vertices[mesh.triangles[triangle][0]]; };
     Eigen::AlignedBox3d box;
     for (Iterator triangle = begin; triangle != end; ++triangle)
       box.extend(corner(*triangle));
@@ -63,12 +64,12 @@ private:
   SurfaceMesh extract(Iterator begin, Iterator end)
   {
     SurfaceMesh tile;
-    tile.doublePrecision = mesh_.doublePrecision;
+    tile.doublePrecision = mesh.doublePrecision;
     std::vector<std::int32_t> vertices; // of the mesh
     for (Iterator triangle = begin; triangle != end; ++triangle) {
-      tile.triangles.push_back(mesh_.triangles[*triangle]);
+      tile.triangles.push_back(mesh.triangles[*triangle]);
       for (std::int32_t& vertex : tile.triangles.back()) {
-        std::int32_t& place = places_[vertex];
+        std::int32_t& place = places[vertex];
         if (place < 0) {
           place = static_cast<std::int32_t>(vertices.size());
           vertices.push_back(vertex);
@@ -80,22 +81,17 @@ private:
       for (std::size_t v = 0; v < vertices.size() && !values.empty(); ++v)
         taken.push_back(values[vertices[v]]);
     };
-    take(mesh_.vertices, tile.vertices);
-    take(mesh_.normals, tile.normals);
-    take(mesh_.confidences, tile.confidences);
-    take(mesh_.colors, tile.colors);
-    take(mesh_.intensities, tile.intensities);
-    for (const auto& [name, values] : mesh_.scalars)
+    take(mesh.vertices, tile.vertices);
+    take(mesh.normals, tile.normals);
+    take(mesh.confidences, tile.confidences);
+    take(mesh.colors, tile.colors);
+    take(mesh.intensities, tile.intensities);
+    for (const auto& [name, values] : mesh.scalars)
       take(values, tile.scalars[name]);
     for (const std::int32_t vertex : vertices)
-      places_[vertex] = -1;
+      places[vertex] = -1;
     return tile;
   }
-
-  const SurfaceMesh& mesh_;
-  std::size_t largest_;
-  const std::function<void(const SurfaceMesh&)>& use_;
-  std::vector<std::int32_t> places_; ///< of the vertices in a tile; −1 between calls
 };
 
 /// An entry of the index. The box is that of the coordinates in the file.
@@ -151,13 +147,14 @@ std::pair<std::string, std::int64_t> TileFolder::write(const SurfaceMesh& mesh, 
 {
   std::int64_t bytes = 0;
   nlohmann::ordered_json tiles = nlohmann::ordered_json::array();
-  TileCutter(mesh, largest, [&](const SurfaceMesh& tile) {
+  const auto writeTile = [&](const SurfaceMesh& tile) {
     const std::string path = file(tiles.size());
     if (!tiles.empty())
       outputs.add(path);
     bytes += outputs.write(path, [&](const std::string& temporary) { writeMesh(tile, temporary, "ply"); });
     tiles.push_back(entryOf(tile, path));
-  })();
+  };
+  TileCutter{mesh, largest, writeTile}();
   const std::string index = (fs::path(path_) / "index.json").string();
   outputs.add(index);
   bytes += outputs.write(index, [&](const std::string& temporary) {

@@ -12,11 +12,11 @@ using Eigen::Vector3d;
 namespace {
 
 /// Halves the parameter cells of a patch until each is flat, and either on the surface or off it.
-class Tessellation {
-public:
-  Tessellation(const Shape& shape, const Patch& patch, Triangles& triangles)
-      : shape_(shape), patch_(patch), triangles_(triangles), diagonal_(shape.box.diagonal().norm())
-  {}
+struct Tessellation {
+  const Shape& shape;
+  const Patch& patch;
+  Triangles& result;
+  double diagonal = shape.box.diagonal().norm();
 
   void cut(const Eigen::Array2d& lower, const Eigen::Array2d& side)
   {
@@ -32,12 +32,12 @@ public:
       sag[axis] = (points[4].position - .5 * (a + b)).norm();
     }
     // Larger cells may have details that none of the nine points shows.
-    const bool isSmall = length.maxCoeff() < .01 * diagonal_;
+    const bool isSmall = length.maxCoeff() < .01 * diagonal;
     if (found == 0 && isSmall)
       return;
-    if (found == 9 && isSmall && sag.maxCoeff() < 1e-4 * diagonal_)
+    if (found == 9 && isSmall && sag.maxCoeff() < 1e-4 * diagonal)
       add(points);
-    else if (length.maxCoeff() < 5e-4 * diagonal_) {
+    else if (length.maxCoeff() < 5e-4 * diagonal) {
       SurfacePoint middle;
       if (at(lower + .5 * side, middle))
         add(points);
@@ -59,24 +59,19 @@ private:
     Draw draw;
     draw.u = place[0];
     draw.v = place[1];
-    return patch_.at(draw, point) && std::abs(shape_.distance(point.position)) < 1e-9 * diagonal_;
+    return patch.at(draw, point) && std::abs(shape.distance(point.position)) < 1e-9 * diagonal;
   }
 
   void add(const std::array<SurfacePoint, 9>& points)
   {
-    const auto first = static_cast<std::int32_t>(triangles_.vertices.size());
+    const auto first = static_cast<std::int32_t>(result.vertices.size());
     for (const int corner : {0, 2, 8, 6})
-      triangles_.vertices.push_back(points[corner].position);
+      result.vertices.push_back(points[corner].position);
     const Vector3d across = (points[8].position - points[0].position).cross(points[6].position - points[2].position);
     const std::int32_t turn = across.dot(points[4].normal) < 0 ? 1 : 0;
-    triangles_.triangles.push_back({first, first + 1 + turn, first + 2 - turn});
-    triangles_.triangles.push_back({first, first + 2 + turn, first + 3 - turn});
+    result.triangles.push_back({first, first + 1 + turn, first + 2 - turn});
+    result.triangles.push_back({first, first + 2 + turn, first + 3 - turn});
   }
-
-  const Shape& shape_;
-  const Patch& patch_;
-  Triangles& triangles_;
-  double diagonal_;
 };
 
 } // namespace
@@ -174,7 +169,7 @@ Triangles AnalyticSurface::triangulate() const
 {
   Triangles result;
   for (const Patch& patch : shape_.patches)
-    Tessellation(shape_, patch, result).cut({0, 0}, {1, 1});
+    Tessellation{shape_, patch, result}.cut({0, 0}, {1, 1});
   return result;
 }
 
