@@ -45,16 +45,12 @@ public:
       : estimates_(estimates), options_(options), spacing_(spacing)
   {
     estimates_.normals.assign(count, Eigen::Vector3f::Zero());
-    estimates_.thirdEigenvalueShare.assign(count, 0);
-    estimates_.planeDistances.assign(count, 0);
     estimates_.isNoise.assign(count, 0);
   }
 
   void set(std::size_t i, const Plane& plane)
   {
     estimates_.normals[i] = plane.normal.cast<float>();
-    estimates_.thirdEigenvalueShare[i] = static_cast<float>(plane.thirdShare);
-    estimates_.planeDistances[i] = static_cast<float>(plane.distance);
     if (options_.noiseCriteria)
       estimates_.isNoise[i] = plane.thirdShare > maxThirdEigenvalue || plane.distance > spacing_ ? 1 : 0;
   }
@@ -217,21 +213,14 @@ void grow(const PointArrays& points, const NeighborSearch& search, float noise, 
           if (now.size >= widest)
             break;
         }
+        if (now.best.secondToFirst > 0)
+          estimates.set(now.point, now.best);
       }
     });
     execution.poll();
-    const auto isDone = [&](const Growing& now) {
-      if (!now.best.isSound() && now.size < widest)
-        return false;
-      if (now.best.secondToFirst > 0)
-        estimates.set(now.point, now.best);
-      return true;
-    };
+    const auto isDone = [&](const Growing& now) { return now.best.isSound() || now.size >= widest; };
     growing.erase(std::remove_if(growing.begin(), growing.end(), isDone), growing.end());
   }
-  for (const Growing& now : growing)
-    if (now.best.secondToFirst > 0)
-      estimates.set(now.point, now.best);
 }
 
 } // namespace

@@ -14,10 +14,8 @@ namespace pcl::mrf {
 
 /// One entry per point.
 struct NormalEstimates {
-  std::vector<Eigen::Vector3f> normals;    ///< unit length, sign arbitrary; zero where no plane could be fitted
-  std::vector<float> thirdEigenvalueShare; ///< λ3 / (λ1 + λ2 + λ3)
-  std::vector<float> planeDistances;       ///< distance of the point from the fitted plane, cloud's unit
-  std::vector<std::uint8_t> isNoise;       ///< by the paper's criteria; all 0 unless noiseCriteria is set
+  std::vector<Eigen::Vector3f> normals; ///< unit length, sign arbitrary; zero where no plane could be fitted
+  std::vector<std::uint8_t> isNoise;    ///< by the paper's criteria; all 0 unless noiseCriteria is set
 };
 
 /// The radius of all points' neighborhoods, cloud's unit; 0: each point has its own neighborhood.
