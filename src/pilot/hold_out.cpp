@@ -326,10 +326,8 @@ NoiseLevel noiseLevel(const Score& shortest, const Score& second, double spacing
   return gain < .8 || noise > 1.5 * clean ? NoiseLevel::high : NoiseLevel::unclear;
 }
 
-} // namespace
-
 /// Makes each cube once and scores it once per trial and length, for all choices.
-class HoldOut::CrossValidation {
+class CrossValidation final : public HoldOut {
 public:
   CrossValidation(const OrientedPoints& points, float spacing, double finest, Prior prior, float gradientWeight,
                   Execution& execution)
@@ -341,7 +339,7 @@ public:
       centers_ = spread(points.positions, (cubeSide - 2 * margin) * finest);
   }
 
-  SmoothingChoice chooseSmoothing()
+  SmoothingChoice chooseSmoothing() override
   {
     SmoothingChoice choice;
     choice.smoothing = shortestSmoothing(spacing_);
@@ -366,7 +364,7 @@ public:
     return choice;
   }
 
-  float chooseGradientWeight(double smoothing, double noise)
+  float chooseGradientWeight(double smoothing, double noise) override
   {
     constexpr float weaker = .4f, stronger = 4;
     // Below `noisy` spacings of noise positions are worth more. Discs' errors have to be below `fewer` times as large.
@@ -389,7 +387,7 @@ public:
     return isBetter(fewer, 6. * spacing_) && isBetter(1, 0) ? stronger : weaker;
   }
 
-  ResolutionChoice chooseResolution(double smoothing, float gradientWeight, double noise)
+  ResolutionChoice chooseResolution(double smoothing, float gradientWeight, double noise) override
   {
     constexpr int steps = 4;
     constexpr double worse = 1.01;
@@ -567,27 +565,13 @@ private:
   std::map<Trial, std::vector<Cube>> cubes_;
 };
 
-HoldOut::HoldOut(const OrientedPoints& points, float spacing, double voxelSize, Prior prior,
-                 const ObservationOptions& observation, Execution& execution)
-    : validation_(std::make_unique<CrossValidation>(points, spacing, voxelSize, prior,
-                                                    resolvedGradientWeight(observation), execution))
-{}
+} // namespace
 
-HoldOut::~HoldOut() = default;
-
-SmoothingChoice HoldOut::chooseSmoothing()
+std::unique_ptr<HoldOut> makeHoldOut(const OrientedPoints& points, float spacing, double voxelSize, Prior prior,
+                                     const ObservationOptions& observation, Execution& execution)
 {
-  return validation_->chooseSmoothing();
-}
-
-float HoldOut::chooseGradientWeight(double smoothing, double noise)
-{
-  return validation_->chooseGradientWeight(smoothing, noise);
-}
-
-ResolutionChoice HoldOut::chooseResolution(double smoothing, float gradientWeight, double noise)
-{
-  return validation_->chooseResolution(smoothing, gradientWeight, noise);
+  return std::make_unique<CrossValidation>(points, spacing, voxelSize, prior, resolvedGradientWeight(observation),
+                                           execution);
 }
 
 } // namespace pcl::mrf

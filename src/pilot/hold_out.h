@@ -20,20 +20,13 @@ namespace pcl::mrf {
 /// cloud. The results do not depend on the number of threads.
 class HoldOut {
 public:
-  /// \param points must outlive the object, as must execution \param spacing l̄, cloud's unit, > 0
-  /// \param voxelSize h of the finest level, cloud's unit, > 0
-  /// \param observation its weight of the normals is used when ℓ is chosen
-  HoldOut(const OrientedPoints& points, float spacing, double voxelSize, Prior prior,
-          const ObservationOptions& observation, Execution& execution);
-  ~HoldOut();
-  HoldOut(const HoldOut&) = delete;
-  HoldOut& operator=(const HoldOut&) = delete;
+  virtual ~HoldOut() = default;
 
   /// Chooses ℓ: every tenth point is held out.
   ///
   /// Lengths in steps of √2 from .5 l̄ to 4 l̄ are tried. The choice is the minimum of the parabola through the best
   /// length and the two next to it; or the length that its noise asks for, if longer and not much worse.
-  SmoothingChoice chooseSmoothing();
+  virtual SmoothingChoice chooseSmoothing() = 0;
 
   /// Chooses the weight of the normals, g²/ℓ², for the noise: .4 or 4.
   ///
@@ -41,7 +34,7 @@ public:
   /// farther. \pre the normals were not estimated from the points, which include the held-out ones
   /// \param smoothing ℓ, \param noise as chooseSmoothing returns them, cloud's unit; ℓ is rounded to one that
   /// chooseSmoothing tries
-  float chooseGradientWeight(double smoothing, double noise);
+  virtual float chooseGradientWeight(double smoothing, double noise) = 0;
 
   /// Chooses the voxel size: as fine as the data need.
   ///
@@ -49,11 +42,13 @@ public:
   /// those of h, or whose mean is below both .04 l̄ and a 50,000th of the cloud's diagonal.
   /// \param smoothing ℓ, cloud's unit, > 0, rounded to one that chooseSmoothing tries \param noise as chooseSmoothing
   /// returns it, or 0, cloud's unit
-  ResolutionChoice chooseResolution(double smoothing, float gradientWeight, double noise);
-
-private:
-  class CrossValidation;
-  std::unique_ptr<CrossValidation> validation_;
+  virtual ResolutionChoice chooseResolution(double smoothing, float gradientWeight, double noise) = 0;
 };
+
+/// \param points must outlive the object, as must execution \param spacing l̄, cloud's unit, > 0
+/// \param voxelSize h of the finest level, cloud's unit, > 0
+/// \param observation its weight of the normals is used when ℓ is chosen
+std::unique_ptr<HoldOut> makeHoldOut(const OrientedPoints& points, float spacing, double voxelSize, Prior prior,
+                                     const ObservationOptions& observation, Execution& execution);
 
 } // namespace pcl::mrf

@@ -13,7 +13,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
+#include <memory>
 
 namespace pcl::mrf {
 namespace {
@@ -120,9 +120,9 @@ void OptionResolver::chooseByData(const OrientedPoints& points, Report& report, 
   ObservationOptions& observation = options_.observation;
   if (!observation.atPoints())
     return;
-  std::optional<HoldOut> holdOut;
+  std::unique_ptr<HoldOut> holdOut;
   if (choosesSmoothing(requested_) || choosesResolution(requested_))
-    holdOut.emplace(points, spacing_, options_.multiscale.voxelSize, options_.prior.kind, observation, execution);
+    holdOut = makeHoldOut(points, spacing_, options_.multiscale.voxelSize, options_.prior.kind, observation, execution);
   if (choosesSmoothing(requested_))
     chooseSmoothing(*holdOut, observation, report, execution);
   observation.smoothing = resolvedSmoothing(observation, spacing_);

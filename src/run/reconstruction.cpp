@@ -22,7 +22,6 @@
 #include "run/option_resolver.h"
 #include "run/warnings.h"
 #include "tiles/do_task.h"
-#include "trimming/error_limit.h"
 #include "trimming/trimming.h"
 #include "trimming/watertight.h"
 #include "uncertainty/plausible_surfaces.h"

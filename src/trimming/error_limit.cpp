@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "trimming/error_limit.h"
-
 #include "mesh/mesh_topology.h"
+#include "trimming/trimming.h"
 
 #include <pcl/surface/mrf/report.h>
 

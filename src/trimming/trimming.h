@@ -28,19 +28,16 @@ struct TrimResult : TrimSummary {
   const TrimSummary& summary() const { return *this; }
 };
 
-/// Drops surface that no data support.
-///
-/// A triangle is unsupported if the confidence of all its vertices is 0. A region of such triangles stays if it fills a
-/// hole within the limits, or a morphological closing of the supported surface covers it. Then components with too few
-/// coherent points are dropped, and those that lines of sight contradict (see src/method.md). Triangles with a repeated
-/// vertex or an index out of range are dropped, unless the options ask for no trimming. \param mesh with confidences;
-/// stays manifold: a vertex is duplicated where triangles touch only there \param points with normals; without spacings
-/// only limits and rims decide; without sensors no line of sight is tested, and one direction of view is estimated from
-/// the normals, if they allow for it \param search holds points.positions \param diagonal for the automatic limits:
-/// that of the points' bounding box, or of the largest piece's if the points lie in pieces far apart \throw
-/// std::invalid_argument if the mesh has no confidences and the options ask for trimming Cost: linear in the number of
-/// triangles, one query per vertex of the tested regions, and n log n for the n vertices of extrapolation that are
-/// closer than maxGap. The result does not depend on the number of threads.
+/// Drops surface that no data support: what fills no hole, and components of few or contradicted points. See
+/// src/method.md, "Trimming". Triangles with a repeated vertex or an index out of range are dropped as well, unless the
+/// options ask for no trimming.
+/// \param mesh with confidences; stays manifold: a vertex is duplicated where triangles touch only there
+/// \param points with normals; without spacings only limits and rims decide; without sensors no line of sight is
+/// tested, and one direction of view is estimated from the normals, if they allow for it \param search holds
+/// points.positions \param diagonal of the points' box, or of the largest piece's if they lie in pieces far apart: for
+/// automatic limits \throw std::invalid_argument if the mesh has no confidences and the options ask for trimming Cost:
+/// linear in the number of triangles, one query per vertex of the tested regions, and n log n for the n vertices of
+/// extrapolation that are closer than maxGap. The result does not depend on the number of threads.
 TrimResult trim(TriangleMesh mesh, const OrientedPoints& points, const NeighborSearch& search, float diagonal,
                 const TrimmingOptions& options, Execution& execution);
 
@@ -50,5 +47,10 @@ TrimResult trim(TriangleMesh mesh, const OrientedPoints& points, const NeighborS
 /// vertex are interpolated on an edge that is cut, without sigmas \return the number of triangles that were dropped or
 /// cut Cost: linear, and a query for each vertex beyond the points and of fillings at the border.
 std::int64_t tightenBorders(TriangleMesh& mesh, const Support& support, Execution& execution);
+
+/// Drops the triangles with a vertex whose sigma exceeds the limit, then those without a vertex all of whose triangles
+/// are left: threads, fringes and single triangles. \param mesh with sigmas and confidences; stays manifold
+/// Cost: linear, serial.
+ErrorLimitSummary limitSigma(TriangleMesh& mesh, float maxSigma);
 
 } // namespace pcl::mrf

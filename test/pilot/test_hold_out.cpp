@@ -26,22 +26,23 @@ SmoothingChoice choose(const PointSet& points, double unit = 1, int threads = 2)
 {
   Execution execution(threads);
   const OrientedPoints oriented = shapes::oriented(points);
-  return HoldOut(oriented, static_cast<float>(unit) * spacing, 2 * unit * spacing, Prior::triharmonic, {}, execution)
-      .chooseSmoothing();
+  return makeHoldOut(oriented, static_cast<float>(unit) * spacing, 2 * unit * spacing, Prior::triharmonic, {},
+                     execution)
+      ->chooseSmoothing();
 }
 
 ResolutionChoice chooseResolution(const OrientedPoints& points, float unit, double smoothing, int threads = 2)
 {
   Execution execution(threads);
-  return HoldOut(points, unit, 2 * static_cast<double>(unit), Prior::triharmonic, {}, execution)
-      .chooseResolution(smoothing, .4f, 0);
+  return makeHoldOut(points, unit, 2 * static_cast<double>(unit), Prior::triharmonic, {}, execution)
+      ->chooseResolution(smoothing, .4f, 0);
 }
 
 float chooseGradientWeight(const OrientedPoints& points, double smoothing, double noise)
 {
   Execution execution(2);
-  return HoldOut(points, spacing, 2. * spacing, Prior::triharmonic, {}, execution)
-      .chooseGradientWeight(smoothing, noise);
+  return makeHoldOut(points, spacing, 2. * spacing, Prior::triharmonic, {}, execution)
+      ->chooseGradientWeight(smoothing, noise);
 }
 
 PointSet noisyTorus(double noise)
@@ -201,13 +202,13 @@ TEST(HoldOut, ChoicesAreThoseOfSeparateObjects)
 {
   const OrientedPoints points = shapes::oriented(noisyTorus(.5 * spacing));
   Execution execution(2);
-  HoldOut shared(points, spacing, 2. * spacing, Prior::triharmonic, {}, execution);
-  const SmoothingChoice smoothing = shared.chooseSmoothing();
-  const float weight = shared.chooseGradientWeight(smoothing.smoothing, smoothing.noise);
-  const ResolutionChoice resolution = shared.chooseResolution(smoothing.smoothing, weight, smoothing.noise);
+  const auto shared = makeHoldOut(points, spacing, 2. * spacing, Prior::triharmonic, {}, execution);
+  const SmoothingChoice smoothing = shared->chooseSmoothing();
+  const float weight = shared->chooseGradientWeight(smoothing.smoothing, smoothing.noise);
+  const ResolutionChoice resolution = shared->chooseResolution(smoothing.smoothing, weight, smoothing.noise);
   EXPECT_EQ(chooseGradientWeight(points, smoothing.smoothing, smoothing.noise), weight);
-  const ResolutionChoice own = HoldOut(points, spacing, 2. * spacing, Prior::triharmonic, {}, execution)
-                                   .chooseResolution(smoothing.smoothing, weight, smoothing.noise);
+  const ResolutionChoice own = makeHoldOut(points, spacing, 2. * spacing, Prior::triharmonic, {}, execution)
+                                   ->chooseResolution(smoothing.smoothing, weight, smoothing.noise);
   EXPECT_EQ(own.voxelSize, resolution.voxelSize);
   ASSERT_EQ(own.curve.size(), resolution.curve.size());
   // What the solver's tolerance leaves depends on the start.

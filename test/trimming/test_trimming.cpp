@@ -7,7 +7,6 @@
 #include "support/meshes.h"
 #include "support/shapes.h"
 #include "support/threads.h"
-#include "trimming/error_limit.h"
 #include "trimming/trimming.h"
 
 #include <pcl/surface/mrf/exceptions.h>
