@@ -93,13 +93,6 @@ std::vector<float> localSpacings(const PointSet& points, const NeighborDistances
   return spacings;
 }
 
-SamplingDensity estimateSamplingDensity(const PointSet& points, const NeighborSearch& search, Execution& execution,
-                                        LengthUnit unit)
-{
-  requireTwo(points.size());
-  return estimateSamplingDensity(points, measureNeighbors(points, search, execution), execution, unit);
-}
-
 SamplingDensity estimateSamplingDensity(const PointSet& points, const NeighborDistances& distances,
                                         Execution& execution, LengthUnit unit)
 {

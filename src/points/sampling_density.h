@@ -35,13 +35,9 @@ std::vector<float> localSpacings(const PointSet& points, const NeighborDistances
 
 /// Estimates the sampling density: .323 times the median distance to the 8th neighbor (not in the paper), because the
 /// mean nearest distance depends on pairs of close points. For fewer than nine points it is the mean nearest distance.
-/// \param points at least 2 distinct positions; coincident ones count once \param search holds exactly points.positions
+/// \param points at least 2 distinct positions; coincident ones count once: they are measured again without duplicates
 /// \throw InvalidInput if fewer than two positions are distinct
-/// Cost: one 9-neighbor query per point. The result does not depend on the number of threads.
-SamplingDensity estimateSamplingDensity(const PointSet& points, const NeighborSearch& search, Execution& execution,
-                                        LengthUnit unit = LengthUnit::density);
-
-/// The same from distances that have been measured. Coincident points are measured again without their duplicates.
+/// The result does not depend on the number of threads.
 SamplingDensity estimateSamplingDensity(const PointSet& points, const NeighborDistances& distances,
                                         Execution& execution, LengthUnit unit = LengthUnit::density);
 

@@ -46,8 +46,9 @@ void density(benchmark::State& state)
 {
   const Cloud& cloud = inputOf<Cloud>(state.range(0));
   SamplingDensity result;
-  runOnPoints(state,
-              [&](Execution& execution) { result = estimateSamplingDensity(cloud.points, *cloud.search, execution); });
+  runOnPoints(state, [&](Execution& execution) {
+    result = estimateSamplingDensity(cloud.points, measureNeighbors(cloud.points, *cloud.search, execution), execution);
+  });
   // A spiral's points have the spacing of a square lattice, within a tenth.
   state.counters["error"] =
       std::abs(result.spacing / std::sqrt(4 * M_PI / static_cast<double>(cloud.points.size())) - 1);

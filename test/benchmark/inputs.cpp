@@ -19,7 +19,7 @@ PointSet spherePoints(std::int64_t count)
 Cloud::Cloud(std::int64_t count) : points(spherePoints(count)), search(clouds::searchOf(points))
 {
   pcl::mrf::Execution execution(0);
-  density = pcl::mrf::estimateSamplingDensity(points, *search, execution);
+  density = pcl::mrf::estimateSamplingDensity(points, measureNeighbors(points, *search, execution), execution);
 }
 
 double sphereError(const pcl::mrf::TriangleMesh& mesh)

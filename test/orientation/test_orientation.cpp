@@ -45,15 +45,15 @@ OrientationResult orient(const PointSet& points, const std::vector<Vector3f>& no
 {
   Execution execution(threads);
   const auto search = clouds::searchOf(points);
-  return orientNormals(points, normals, *search, estimateSamplingDensity(points, *search, execution), vote, options,
-                       execution);
+  const SamplingDensity density =
+      estimateSamplingDensity(points, measureNeighbors(points, *search, execution), execution);
+  return orientNormals(points, normals, *search, density, vote, options, execution);
 }
 
 std::vector<Vector3f> estimated(const PointSet& points)
 {
   const auto search = clouds::searchOf(points);
-  const float spacing = estimateSamplingDensity(points, *search, serial).spacing;
-  return estimateNormals(points, *search, spacing, {}, serial).normals;
+  return estimateNormals(points, *search, 0, {}, serial).normals; // only the paper's criteria need a spacing
 }
 
 OrientationResult estimateAndOrient(const PointSet& points, OrientationVote vote)

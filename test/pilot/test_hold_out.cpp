@@ -128,7 +128,8 @@ TEST(Smoothing, edgesAreNotTakenForNoise)
       const int step = i / 10 % 2 + 2 * (j / 10 % 2);
       clouds::append(points, {x, y, .05f * static_cast<float>(step)}, Eigen::Vector3f::UnitZ());
     }
-  const float unit = estimateSamplingDensity(points, *clouds::searchOf(points), serial).spacing;
+  const NeighborDistances distances = measureNeighbors(points, *clouds::searchOf(points), serial);
+  const float unit = estimateSamplingDensity(points, distances, serial).spacing;
   const SmoothingChoice choice = choose(points, static_cast<double>(unit / spacing));
   ASSERT_FALSE(choice.curve.empty());
   const auto errorAt = [&](double smoothing) {

@@ -29,7 +29,8 @@ NormalEstimates normalsOf(const PointSet& points, const NormalOptions& options =
   const auto search = clouds::searchOf(points);
   // The paper's noise criteria come with the paper's l̄.
   const LengthUnit unit = options.noiseCriteria ? LengthUnit::nearest : LengthUnit::density;
-  const float spacing = estimateSamplingDensity(points, *search, execution, unit).spacing;
+  const float spacing =
+      estimateSamplingDensity(points, measureNeighbors(points, *search, execution), execution, unit).spacing;
   return estimateNormals(points, *search, spacing, options, execution, noise);
 }
 

@@ -17,10 +17,11 @@ using namespace pcl::mrf;
 
 namespace {
 
-SamplingDensity densityOf(const PointSet& points, int threads = 1)
+SamplingDensity densityOf(const PointSet& points, int threads = 1, LengthUnit unit = LengthUnit::density)
 {
   Execution execution(threads);
-  return estimateSamplingDensity(points, *clouds::searchOf(points), execution);
+  const NeighborDistances distances = measureNeighbors(points, *clouds::searchOf(points), execution);
+  return estimateSamplingDensity(points, distances, execution, unit);
 }
 
 } // namespace
@@ -34,9 +35,7 @@ TEST(SamplingDensity, OfALatticeIsItsSpacing)
   EXPECT_NEAR(density.nearestDeviation, 0, 1e-5);
   EXPECT_NEAR(density.eighthMedian, .5 * std::sqrt(2.0), 1e-5);
   EXPECT_FLOAT_EQ(density.spacing, .323f * density.eighthMedian);
-  const SamplingDensity papers =
-      estimateSamplingDensity(points, *clouds::searchOf(points), serial, LengthUnit::nearest);
-  EXPECT_EQ(papers.spacing, density.nearestMean);
+  EXPECT_EQ(densityOf(points, 1, LengthUnit::nearest).spacing, density.nearestMean);
 }
 
 TEST(SamplingDensity, NeighborsGrowWithThePowerOfTheirDimension)
@@ -107,8 +106,8 @@ TEST(SamplingDensity, DuplicatesCountOnce)
 TEST(SamplingDensity, NeedsTwoDistinctPositions)
 {
   PointSet points;
-  const auto density = [&] { estimateSamplingDensity(points, *clouds::searchOf(points), serial); };
-  EXPECT_NE(clouds::messageOf<InvalidInput>([&] { estimateSamplingDensity(points, *makeKdTree(), serial); }), "");
+  const auto density = [&] { densityOf(points); };
+  EXPECT_NE(clouds::messageOf<InvalidInput>(density), "");
   clouds::append(points, {1, 2, 3}, Eigen::Vector3f::UnitZ());
   EXPECT_NE(clouds::messageOf<InvalidInput>(density), "");
   for (int n = 0; n < 20; ++n)
