@@ -3,6 +3,7 @@
 
 #include "base/select_values.h"
 #include "orientation/orientation.h"
+#include "orientation/orientation_sides.h"
 #include "points/sensor_view.h"
 
 #include <Eigen/Cholesky>
@@ -84,16 +85,14 @@ double opposedShare(const PreparedPoints& prepared, const std::vector<Eigen::Vec
 /// Whether the normals, weighted by the areas around their points, look away from the middle of all points.
 bool looksOutward(const PointSet& points, const std::vector<Eigen::Vector3f>& normals)
 {
-  Eigen::Vector4d moment = Eigen::Vector4d::Zero();
-  const auto areaOf = [&](std::size_t i) {
-    return points.spacings.empty() ? 1 : double{points.spacings[i]} * points.spacings[i];
+  std::vector<float> areas(points.size(), 1);
+  for (std::size_t i = 0; i < points.spacings.size(); ++i)
+    areas[i] = points.spacings[i] * points.spacings[i];
+  const auto forPoints = [&](const auto& visit) {
+    for (std::size_t i = 0; i < points.size(); ++i)
+      visit(i);
   };
-  for (std::size_t i = 0; i < points.size(); ++i)
-    moment += areaOf(i) * points.positions[i].cast<double>().homogeneous();
-  double flux = 0;
-  for (std::size_t i = 0; i < points.size(); ++i)
-    flux += areaOf(i) * normals[i].cast<double>().dot(points.positions[i].cast<double>() - moment.hnormalized());
-  return flux >= 0;
+  return outwardness(points.positions, areas, forPoints, [&](std::size_t i) { return normals[i]; }) >= 0;
 }
 
 /// The share of the given normals that point to the other side than these do.

@@ -34,27 +34,14 @@ constexpr double smallestSide = 100;
 /// The automatic local neighbor distance, in local spacings: 2.5 /√ρ with ρ points per area.
 constexpr float reachInSpacings = 5;
 
-/// Flags of the normals to be turned to make each component consistent. Most normals of a component keep their sign, so
-/// that the number of flips means something if normals were given.
-std::vector<std::uint8_t> flipsOf(const Partition& components, const SignedForest& forest)
-{
-  std::vector<std::uint8_t> isFlipped(components.set.size());
-  std::vector<std::uint32_t> flipped(components.sizes.size(), 0);
-  for (std::uint32_t i = 0; i < isFlipped.size(); ++i) {
-    isFlipped[i] = forest.isFlipped(i);
-    flipped[components.set[i]] += isFlipped[i];
-  }
-  for (std::size_t i = 0; i < isFlipped.size(); ++i) {
-    const std::uint32_t set = components.set[i];
-    if (2 * flipped[set] > components.sizes[set])
-      isFlipped[i] ^= 1;
-  }
-  return isFlipped;
-}
+/// A point's vote on its component's present sign, or the sum of several: balance > 0 for, < 0 against, |balance| ≤
+/// total.
+struct Votes {
+  double balance = 0, total = 0;
 
-/// A point's vote on its component's present sign: value > 0 for, < 0 against, |value| ≤ weight.
-struct Vote {
-  double value = 0, weight = 0;
+  /// At least three quarters of the votes agree.
+  bool isDecided() const { return std::abs(balance) >= .5 * total && total > 0; }
+  bool isDecidedlyAgainst() const { return isDecided() && balance < 0; }
 };
 
 /// Computes the votes of the points whenever they are asked for. Stored, the votes would be the largest array of all.
@@ -72,10 +59,10 @@ public:
       moments_[components.set[i]] += double{areas[i]} * points.positions[i].cast<double>().homogeneous();
   }
 
-  Vote operator()(std::size_t i) const
+  Votes operator()(std::size_t i) const
   {
     const auto sign = [](float value) {
-      return Vote{value > 0 ? 1.0 : value < 0 ? -1.0 : 0.0, value != 0 ? 1.0 : 0.0};
+      return Votes{value > 0 ? 1.0 : value < 0 ? -1.0 : 0.0, value != 0 ? 1.0 : 0.0};
     };
     if (vote_ == OrientationVote::reference)
       return sign(normals_[i].dot(points_.normals[i]));
@@ -85,16 +72,14 @@ public:
     if (!(moment.w() > 0))
       return {};
     const Eigen::Vector3d arm = points_.positions[i].cast<double>() - moment.hnormalized();
-    Vote vote;
-    vote.value = areas_[i] * normals_[i].cast<double>().dot(arm);
+    const double away = areas_[i] * normals_[i].cast<double>().dot(arm);
     // A flat patch has no outside: its votes from rounding and noise must not look like agreement.
-    vote.weight = std::max(std::abs(vote.value), .01 * areas_[i] * arm.norm());
-    return vote;
+    return {away, std::max(std::abs(away), .01 * areas_[i] * arm.norm())};
   }
 
 private:
   /// A vote weighs by the cosine, because a surface seen at a grazing angle hardly tells which side it shows.
-  Vote towardsSensor(std::size_t i) const
+  Votes towardsSensor(std::size_t i) const
   {
     const Eigen::Vector3f sight = sensorOf(points_, i) - points_.positions[i];
     const double length = sight.norm();
@@ -110,23 +95,15 @@ private:
   std::vector<Eigen::Vector4d> moments_; ///< per component: area and first moment
 };
 
-struct Tally {
-  double balance = 0, total = 0;
-
-  /// At least three quarters of the votes agree.
-  bool isDecided() const { return std::abs(balance) >= .5 * total && total > 0; }
-  bool isDecidedlyAgainst() const { return isDecided() && balance < 0; }
-};
-
 /// Sums of the votes per set.
-std::vector<Tally> tally(const Partition& partition, const Voters& vote)
+std::vector<Votes> tally(const Partition& partition, const Voters& vote)
 {
-  std::vector<Tally> tallies(partition.sizes.size());
+  std::vector<Votes> tallies(partition.sizes.size());
   for (std::size_t i = 0; i < partition.set.size(); ++i) {
-    Tally& own = tallies[partition.set[i]];
-    const Vote cast = vote(i);
-    own.balance += cast.value;
-    own.total += cast.weight;
+    Votes& own = tallies[partition.set[i]];
+    const Votes cast = vote(i);
+    own.balance += cast.balance;
+    own.total += cast.total;
   }
   return tallies;
 }
@@ -299,7 +276,7 @@ public:
     const Partition components(points_.size(), [&](std::uint32_t i) { return forest.root(i); });
     countComponents(components);
     result_.normals = normals_;
-    turnMinorities(flipsOf(components, forest));
+    makeConsistent(components, forest);
     const Voters voters(points_, result_.normals, areas_, components, vote_);
     turnComponents(components, voters);
     if (piecesVote_)
@@ -324,7 +301,7 @@ private:
     execution_.poll();
     const bool mayBeSides = options_.joinAcrossCreases && vote_ == OrientationVote::outward;
     FacingSides sides(points_, normals_, search_, reach_);
-    std::vector<Tally> tallies = piecesVote_ ? votesOfPoints() : std::vector<Tally>();
+    std::vector<Votes> tallies = piecesVote_ ? votesOfPoints() : std::vector<Votes>();
     SignedForest forest = graph.bestTree(
         [&](const Edge& edge, SignedForest& trees) {
           // An edge between two sheets joins the two sides of one object only for the outward vote.
@@ -341,24 +318,21 @@ private:
     return forest;
   }
 
-  std::vector<Tally> votesOfPoints() const
+  std::vector<Votes> votesOfPoints() const
   {
     const Partition none(0, [](std::uint32_t i) { return i; });
     const Voters voters(points_, normals_, areas_, none, vote_);
-    std::vector<Tally> tallies(points_.size());
-    forEach(execution_, points_.size(), componentGrain, [&](std::size_t i) {
-      const Vote vote = voters(i);
-      tallies[i] = {vote.value, vote.weight};
-    });
+    std::vector<Votes> tallies(points_.size());
+    forEach(execution_, points_.size(), componentGrain, [&](std::size_t i) { tallies[i] = voters(i); });
     return tallies;
   }
 
   /// Adds up the votes of an edge's two trees. If decided votes of large trees contradict the edge, only returns false.
-  static bool joinVotes(const Edge& edge, SignedForest& trees, std::vector<Tally>& tallies)
+  static bool joinVotes(const Edge& edge, SignedForest& trees, std::vector<Votes>& tallies)
   {
     const std::uint32_t a = trees.root(edge.a), b = trees.root(edge.b);
     const double sign = trees.isFlipped(edge.a) ^ trees.isFlipped(edge.b) ^ edge.opposite ? -1 : 1;
-    const Tally first = tallies[a], second = {sign * tallies[b].balance, tallies[b].total};
+    const Votes first = tallies[a], second = {sign * tallies[b].balance, tallies[b].total};
     if (trees.size(a) >= smallestVotingPiece && trees.size(b) >= smallestVotingPiece && first.isDecided() &&
         second.isDecided() && first.balance * second.balance < 0)
       return false;
@@ -388,24 +362,31 @@ private:
 
   void turn(std::size_t i) { result_.normals[i] = -result_.normals[i]; }
 
-  void turnMinorities(const std::vector<std::uint8_t>& isFlipped)
+  /// Makes each component consistent. Most of its normals keep their sign, so that the number of those that are turned
+  /// means something if normals were given.
+  void makeConsistent(const Partition& components, const SignedForest& forest)
   {
+    std::vector<std::uint32_t> flipped(components.sizes.size(), 0);
+    for (std::uint32_t i = 0; i < points_.size(); ++i)
+      flipped[components.set[i]] += forest.isFlipped(i) ? 1 : 0;
     std::size_t turned = 0;
-    for (std::size_t i = 0; i < isFlipped.size(); ++i)
-      if (isFlipped[i]) {
+    for (std::uint32_t i = 0; i < points_.size(); ++i) {
+      const std::uint32_t set = components.set[i];
+      if (forest.isFlipped(i) != (2 * flipped[set] > components.sizes[set])) {
         turn(i);
         ++turned;
       }
-    result_.minorityShare = static_cast<double>(turned) / static_cast<double>(isFlipped.size());
+    }
+    result_.minorityShare = static_cast<double>(turned) / static_cast<double>(points_.size());
   }
 
   /// Turns components by the majority of their votes.
   void turnComponents(const Partition& components, const Voters& voters)
   {
-    const std::vector<Tally> tallies = tally(components, voters);
+    const std::vector<Votes> tallies = tally(components, voters);
     std::vector<std::uint8_t> isTurned(tallies.size());
     std::transform(tallies.begin(), tallies.end(), isTurned.begin(),
-                   [](const Tally& own) { return own.balance < 0 ? std::uint8_t{1} : std::uint8_t{0}; });
+                   [](const Votes& own) { return own.balance < 0 ? std::uint8_t{1} : std::uint8_t{0}; });
     if (vote_ == OrientationVote::outward) {
       const Sides sides =
           chooseSides(points_, {result_.normals, areas_, components, isTurned}, reach_, search_, execution_);
@@ -425,11 +406,11 @@ private:
   void turnPieces(const Voters& voters)
   {
     const Partition pieces(points_.size(), [&](std::uint32_t i) { return smooth_.find(i); });
-    const std::vector<Tally> tallies = tally(pieces, voters);
+    const std::vector<Votes> tallies = tally(pieces, voters);
     std::vector<std::uint8_t> seen(pieces.sizes.size(), 0);
     for (std::size_t i = 0; i < points_.size(); ++i) {
       const bool votes = pieces.sizes[pieces.set[i]] >= smallestVotingPiece;
-      if (!(votes ? tallies[pieces.set[i]].isDecidedlyAgainst() : voters(i).value < 0))
+      if (!(votes ? tallies[pieces.set[i]].isDecidedlyAgainst() : voters(i).balance < 0))
         continue;
       turn(i);
       result_.piecesFlipped += votes && pieces.isFirst(i, seen) && result_.keep[i];
@@ -442,10 +423,10 @@ private:
     for (std::size_t i = 0; i < points_.size(); ++i) {
       if (!result_.keep[i])
         continue;
-      const Vote cast = voters(i);
+      const Votes cast = voters(i);
       result_.pointsFlipped += result_.normals[i].dot(normals_[i]) < 0;
-      agreeing += (cast.weight + cast.value) / 2;
-      total += cast.weight;
+      agreeing += (cast.total + cast.balance) / 2;
+      total += cast.total;
     }
     if (total > 0)
       result_.agreement = agreeing / total;
