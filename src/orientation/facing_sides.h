@@ -11,10 +11,8 @@
 
 namespace pcl::mrf {
 
-/// Joins the sides last: trees of at least a tenth of the points. First, two sides whose sheets lie behind each other
-/// are joined so that they face apart. Then a side that bulges, as a ball does, and what lies outside of it, as a table
-/// beneath, are joined so that they face each other. The best edges join the rest. Edges around the sharp rim of a thin
-/// object, or between two objects that touch, would join sides the wrong way, however good they are.
+/// Joins the sides last, trees of at least a tenth of the points: those whose sheets lie behind each other so that they
+/// face apart, a side that bulges and what lies outside of it so that they face each other, the rest by the best edges.
 class FacingSides {
 public:
   FacingSides(const PointSet& points, const std::vector<Eigen::Vector3f>& normals, const NeighborSearch& search,

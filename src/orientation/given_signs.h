@@ -24,14 +24,7 @@ enum class GivenSigns : std::uint8_t {
   ofAxis        ///< they are found anew for each piece of surface, with the side that most of its normals have
 };
 
-/// Judges the given normals' signs. They are errors, with a warning, if
-/// - a quarter of the neighbors on smooth surface have opposite signs; or no sensor is known, and
-/// - the surface is open, all point to one side of an axis, also the steep ones, and some contradict the majority of
-///   their smooth piece; or
-/// - the points enclose a volume, and more than a tenth of the normals look into it; or
-/// - all look at one place, which more than a twentieth of the points are hidden from, and more than a twentieth of the
-///   normals contradicts the majority of its smooth piece: on an open surface, or one that may be seen from within.
-/// In a room all normals look inward. Uneven spacing, and objects in it, tell it from an object. See src/method.md.
+/// Judges the given normals' signs, see src/method.md, "Signs of given normals". If they are errors, a warning says so.
 /// \param search holds the points. Cost: some thousand queries; if there are doubts, two orientations as well; if all
 /// normals look inward, some hundred thousand queries.
 GivenSigns judgeSigns(const PreparedPoints& prepared, const NeighborSearch& search, const Options& options,
@@ -42,8 +35,7 @@ GivenSigns judgeSigns(const PreparedPoints& prepared, const NeighborSearch& sear
 bool isUneven(const PointSet& points);
 
 /// The share of points that can hardly be seen from outside, if that and uneven spacing tell that they were scanned
-/// from within what they enclose; else 0. The points of an object in a room are hidden behind its walls. Those in a
-/// bore are hidden as well, but sparse.
+/// from within what they enclose; else 0.
 /// \param search holds the points \param normals that point out of what the points enclose
 double hiddenOutside(const PointSet& points, const std::vector<Eigen::Vector3f>& normals, const NeighborSearch& search);
 

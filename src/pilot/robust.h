@@ -2,9 +2,8 @@
 /// Finds points that a robust field does not pass: structured outliers that no filter of spacings sees (ours).
 ///
 /// Clusters of false matches are as dense as the surface, but a smooth field through all other points passes far from
-/// them. The field is solved five times on a coarse level with the thin-plate prior and Geman–McClure weights
-/// ρ = (c²/(c² + r²))² of the residuals r. c falls from solve to solve (graduated non-convexity), so that the start
-/// does not matter. The field is only used to reject points: the others are reconstructed as always.
+/// them. The field is solved with Geman–McClure weights ρ = (c²/(c² + r²))² of the residuals r. c falls from solve to
+/// solve (graduated non-convexity), so that the start does not matter. The other points are reconstructed as always.
 #pragma once
 
 #include <pcl/surface/mrf/execution.h>

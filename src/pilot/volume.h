@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// Chooses how much room the field needs: openings need the volume's border far away, closed surfaces do not (ours).
-///
-/// The border bends any surface that comes near it; it causes the paper's rotation error (Fig. 9). The error depends on
-/// the distance from the middle of a filled opening to the border, relative to the size of the opening.
+/// The border bends any surface that comes near it; it causes the paper's rotation error (Fig. 9).
 #pragma once
 
 #include <pcl/surface/mrf/execution.h>

@@ -11,12 +11,9 @@
 
 namespace pcl::mrf {
 
-/// Clears `keep` of the points that other sensors saw through: around each of them and its eight neighbors at least two
-/// sensors on an average, and twice as many as saw something there, saw only what is farther away. What is farther is
-/// so by more than spacing and slope explain. points.views tell which sensor saw a point; without them, and with more
-/// than 256 sensors, no point is dropped. See src/method.md, "Outliers". \param normals of the points, of any sign; a
-/// sensor that sees a point at a grazing angle does not count \param search holds the points \pre points.spacings is
-/// not empty \return number of points dropped
+/// Clears `keep` of the points that other sensors saw through, see src/method.md, "Outliers". points.views tell which
+/// sensor saw a point; without them, and with more than 256 sensors, no point is dropped. \param normals of any sign
+/// \param search holds the points \pre points.spacings is not empty \return number of points dropped
 ///
 /// Cost: some 10 ns for each pair of a point and a sensor, and a query for each point that some sensor saw through.
 std::int64_t dropGhosts(const PointSet& points, const std::vector<Eigen::Vector3f>& normals,

@@ -11,10 +11,8 @@
 
 namespace pcl::mrf {
 
-/// Clears the flags of mixed pixels. Next to a mixed pixel, its sensor saw one surface in front of it and another
-/// behind it, and hardly any point at the same range: it measured a mixture of the two surfaces. And its line of sight
-/// crosses no surface through it. See src/method.md, "Outliers". Points of an unknown sensor stay, and so do all points
-/// of a sensor if fewer than one in 4,000 are mixed.
+/// Clears the flags of mixed pixels, see src/method.md, "Outliers". Points of an unknown sensor stay, and so do all
+/// points of a sensor if fewer than one in 4,000 are mixed.
 /// \param search holds the points \return the number of flags cleared \throw Cancelled
 ///
 /// Cost: for each sensor, a search structure of its points and the 16 nearest of each point, repeated while mixed
