@@ -39,6 +39,15 @@ std::vector<Value> selectValues(const std::vector<Value>& values, const std::vec
   return selected;
 }
 
+/// At most `max` of the indices from 0 to count − 1, spread evenly.
+inline std::vector<std::uint32_t> spreadIndices(std::size_t count, std::size_t max)
+{
+  std::vector<std::uint32_t> indices(std::min(count, max));
+  for (std::size_t n = 0; n < indices.size(); ++n)
+    indices[n] = static_cast<std::uint32_t>(n * count / indices.size());
+  return indices;
+}
+
 /// The value of a rank in ascending order. \pre rank < values.size()
 template <typename Value>
 Value valueAt(std::vector<Value> values, std::size_t rank)

@@ -62,11 +62,9 @@ double opposedShare(const PreparedPoints& prepared, const std::vector<Eigen::Vec
   // Max height of a neighbor, as a share of its distance: a higher one may be on the other side of a thin object.
   constexpr float across = .3f;
   const PointSet& points = prepared.points;
-  const std::size_t asked = std::min(points.size(), most);
   double pairs = 0, opposed = 0;
   Neighbors nearest;
-  for (std::size_t n = 0; n < asked; ++n) {
-    const std::size_t i = n * points.size() / asked;
+  for (const std::size_t i : spreadIndices(points.size(), most)) {
     search.nearest(points.positions[i], neighbors, nearest);
     for (const std::size_t other : nearest.indices) {
       const float cosine = normals[i].dot(normals[other]);
@@ -113,13 +111,10 @@ template <typename LengthOf>
 float unevenness(const PointSet& points, const LengthOf& lengthOf)
 {
   constexpr std::size_t most = 4096;
-  const std::size_t asked = std::min(points.spacings.size(), most);
-  std::vector<float> spacings(asked);
-  for (std::size_t n = 0; n < asked; ++n) {
-    const std::size_t i = n * points.size() / asked;
-    spacings[n] = points.spacings[i] / std::max(lengthOf(i), std::numeric_limits<float>::min());
-  }
-  return asked > 0 ? quantile(spacings, .95) / quantile(spacings, .05) : 1;
+  std::vector<float> spacings;
+  for (const std::size_t i : spreadIndices(points.spacings.size(), most))
+    spacings.push_back(points.spacings[i] / std::max(lengthOf(i), std::numeric_limits<float>::min()));
+  return !spacings.empty() ? quantile(spacings, .95) / quantile(spacings, .05) : 1;
 }
 
 /// Whether the spacings are rather those of a scan from the origin, in proportion to the range.
@@ -169,11 +164,9 @@ Hidden hiddenOnSide(const PointSet& points, const std::vector<Eigen::Vector3f>& 
   constexpr float tilt = .25f; // radians from ring to ring
   constexpr int few = 5;       // directions: a point is seen in more of them
   const BoundingBox box = boundingBox(points.positions);
-  const std::size_t asked = points.spacings.empty() ? 0 : std::min(points.size(), most);
   std::vector<float> hidden, all; // spacings
   Neighbors nearest;
-  for (std::size_t n = 0; n < asked; ++n) {
-    const std::size_t i = n * points.size() / asked;
+  for (const std::size_t i : spreadIndices(points.spacings.size(), most)) {
     const Eigen::Vector3f axis = sign * normals[i], across = axis.unitOrthogonal(), third = axis.cross(across);
     if (axis.isZero())
       continue;
@@ -206,14 +199,13 @@ std::optional<Eigen::Vector3f> placeLookedAt(const PreparedPoints& prepared)
   constexpr double nearlyAll = .995;
   constexpr int maxSteps = 50;
   const PointSet& points = prepared.points;
-  const std::size_t asked = std::min(points.size(), most);
+  const std::vector<std::uint32_t> asked = spreadIndices(points.size(), most);
   Eigen::Vector3d place = Eigen::Vector3d::Zero();
   for (int step = 0; step < maxSteps; ++step) {
     Eigen::Matrix3d matrix = std::numeric_limits<float>::epsilon() * Eigen::Matrix3d::Identity();
     Eigen::Vector3d right = Eigen::Vector3d::Zero();
     double given = 0, past = 0;
-    for (std::size_t n = 0; n < asked; ++n) {
-      const std::size_t i = n * points.size() / asked;
+    for (const std::size_t i : asked) {
       const Eigen::Vector3d normal = prepared.normals[i].cast<double>();
       const double distance = normal.dot(points.positions[i].cast<double>() - place);
       given += isGiven(prepared, i) ? 1 : 0;

@@ -174,9 +174,7 @@ void fitNormalsToNoise(OrientedPoints& points, const Options& options, NeighborS
   if (options.normals.source == NormalSource::use || options.normals.noiseCriteria || options.normals.radius > 0)
     return;
   constexpr std::size_t few = 2048;
-  std::vector<std::uint32_t> asked;
-  for (std::size_t n = 0; n < std::min(few, points.size()); ++n)
-    asked.push_back(static_cast<std::uint32_t>(n * points.size() / std::min(few, points.size())));
+  const std::vector<std::uint32_t> asked = spreadIndices(points.size(), few);
   const auto fitsOf = [&](const std::vector<std::uint32_t>& some) {
     return estimateNormals(points, search, report.density.spacing, options.normals, execution, 0, some).normals;
   };

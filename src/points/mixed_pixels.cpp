@@ -98,9 +98,7 @@ private:
     constexpr std::size_t maxAsked = 8192;
     std::map<int, std::vector<float>> steps;
     Neighbors found;
-    const std::size_t asked = std::min(ranges_.size(), maxAsked);
-    for (std::size_t n = 0; n < asked; ++n) {
-      const std::size_t i = n * ranges_.size() / asked;
+    for (const std::size_t i : spreadIndices(ranges_.size(), maxAsked)) {
       view_.search().nearest(view_.seen()[i], besides + 1, found);
       steps[groupOf(ranges_[i])].push_back(std::abs(ranges_[i] - rangesOf(found.indices.data(), i)[besides / 2]));
     }
@@ -169,14 +167,6 @@ std::vector<std::uint32_t> mixedAmong(const std::vector<std::uint32_t>& seen, co
   return mixed;
 }
 
-std::vector<std::uint32_t> sampleOf(const std::vector<std::uint32_t>& seen)
-{
-  std::vector<std::uint32_t> sample(std::min(seen.size(), sampled));
-  for (std::size_t n = 0; n < sample.size(); ++n)
-    sample[n] = seen[n * seen.size() / sample.size()];
-  return sample;
-}
-
 } // namespace
 
 std::int64_t dropMixedPixels(const PointArrays& points, const NeighborSearch& search, std::vector<std::uint8_t>& keep,
@@ -196,7 +186,7 @@ std::int64_t dropMixedPixels(const PointArrays& points, const NeighborSearch& se
       seen.erase(std::remove_if(seen.begin(), seen.end(), [&](std::uint32_t i) { return !keep[i]; }), seen.end());
     };
     eraseDropped();
-    if (seen.size() > 2 * sampled && mixedOf(sampleOf(seen), maxAlike).empty())
+    if (seen.size() > 2 * sampled && mixedOf(selectValues(seen, spreadIndices(seen.size(), sampled)), maxAlike).empty())
       continue;
     // Repeated, because dropping mixed pixels reveals the surfaces next to others.
     for (std::size_t found = 0;;) {

@@ -26,8 +26,8 @@ bool areOnSurface(const std::vector<Eigen::Vector3f>& positions, std::size_t cop
     return false;
   std::vector<float> ratios;
   Neighbors found;
-  for (std::size_t n = 0; n < asked; ++n) {
-    search.nearest(positions[n * positions.size() / asked], static_cast<int>(many * copies) + 1, found);
+  for (const std::uint32_t i : spreadIndices(positions.size(), asked)) {
+    search.nearest(positions[i], static_cast<int>(many * copies) + 1, found);
     ratios.push_back(found.squaredDistances.back() / found.squaredDistances[few * copies]);
   }
   return median(std::move(ratios)) > minRatio;

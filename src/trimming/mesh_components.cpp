@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "trimming/mesh_components.h"
 
+#include "base/select_values.h"
 #include "mesh/mesh_topology.h"
 #include "trimming/lines_of_sight.h"
 
@@ -34,12 +35,8 @@ pickVertices(const TriangleMesh& mesh, const std::vector<std::int32_t>& componen
         picked[componentOf[t]].push_back(v);
       }
   }
-  for (std::vector<std::int32_t>& vertices : picked) {
-    const std::size_t count = std::min(vertices.size(), maxAsked);
-    for (std::size_t n = 0; n < count; ++n)
-      vertices[n] = vertices[n * vertices.size() / count];
-    vertices.resize(count);
-  }
+  for (std::vector<std::int32_t>& vertices : picked)
+    vertices = selectValues(vertices, spreadIndices(vertices.size(), maxAsked));
   return picked;
 }
 

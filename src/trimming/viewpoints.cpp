@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "trimming/viewpoints.h"
 
+#include "base/select_values.h"
+
 #include <algorithm>
 #include <cstddef>
 #include <utility>
@@ -26,15 +28,6 @@ constexpr double minTurned = -.1;
 /// One in this many normals may turn away from all sensors, by a wrong sign; if more do, no sensor saw the points.
 constexpr std::size_t wrongShare = 10;
 
-/// At most `max` of the indices 0 to n - 1, spread evenly.
-std::vector<std::size_t> pick(std::size_t n, std::size_t max)
-{
-  std::vector<std::size_t> picked(std::min(n, max));
-  for (std::size_t i = 0; i < picked.size(); ++i)
-    picked[i] = i * n / picked.size();
-  return picked;
-}
-
 /// Mean of the normals that turn away most from a direction.
 Vector3d meanTurned(const std::vector<Vector3d>& normals, const Vector3d& direction,
                     std::vector<std::pair<double, std::size_t>>& scratch)
@@ -58,7 +51,7 @@ std::optional<Eigen::Vector3f> commonDirection(const std::vector<Eigen::Vector3f
   if (all.empty())
     return std::nullopt;
   std::vector<Vector3d> normals;
-  for (const std::size_t i : pick(all.size(), maxNormals))
+  for (const std::uint32_t i : spreadIndices(all.size(), maxNormals))
     normals.push_back(all[i].cast<double>());
   Vector3d direction = Vector3d::Zero();
   for (const Vector3d& normal : normals)
@@ -81,11 +74,11 @@ Viewpoints::Viewpoints(const OrientedPoints& points)
     direction_ = commonDirection(points.normals);
     return;
   }
-  for (const std::size_t sensor : pick(points.sensors.size(), maxSensors))
+  for (const std::uint32_t sensor : spreadIndices(points.sensors.size(), maxSensors))
     sensors_.push_back(points.sensors[sensor]);
   std::size_t turned = 0;
-  const std::vector<std::size_t> picked = pick(points.size(), maxNormals);
-  for (const std::size_t i : picked)
+  const std::vector<std::uint32_t> picked = spreadIndices(points.size(), maxNormals);
+  for (const std::uint32_t i : picked)
     turned += facing(points.positions[i], points.normals[i]) < minTurned ? 1 : 0;
   if (wrongShare * turned > picked.size())
     sensors_.clear();
