@@ -58,23 +58,13 @@ Eigen::Matrix3Xd overPlane(const Eigen::Vector3d& normal, const std::vector<Eige
 /// Standard deviation of the points' heights from the fitted quadric, in the unit of `local`.
 double quadricResidual(const Eigen::Matrix3Xd& local)
 {
-  using Row = Eigen::Matrix<double, unknowns, 1>;
-  const auto rowOf = [&](Eigen::Index n) {
-    const double u = local(1, n), v = local(2, n);
-    return (Row() << 1, u, v, u * u, u * v, v * v).finished();
-  };
-  Eigen::Matrix<double, unknowns, unknowns> normal = Eigen::Matrix<double, unknowns, unknowns>::Zero();
-  Row right = Row::Zero();
-  for (Eigen::Index n = 0; n < local.cols(); ++n) {
-    const Row row = rowOf(n);
-    normal += row * row.transpose();
-    right += local(0, n) * row;
-  }
-  const Row quadric = normal.ldlt().solve(right);
-  double squares = 0;
-  for (Eigen::Index n = 0; n < local.cols(); ++n)
-    squares += std::pow(local(0, n) - quadric.dot(rowOf(n)), 2);
-  return std::sqrt(squares / static_cast<double>(local.cols() - unknowns));
+  const auto height = local.row(0).transpose();
+  const auto u = local.row(1).transpose().array(), v = local.row(2).transpose().array();
+  Eigen::Matrix<double, Eigen::Dynamic, unknowns> terms(local.cols(), unknowns);
+  terms << Eigen::VectorXd::Ones(local.cols()), u, v, u * u, u * v, v * v;
+  const Eigen::Matrix<double, unknowns, unknowns> normal = terms.transpose() * terms;
+  const Eigen::VectorXd quadric = normal.ldlt().solve(terms.transpose() * height);
+  return std::sqrt((height - terms * quadric).squaredNorm() / static_cast<double>(local.cols() - unknowns));
 }
 
 /// Residual of the points closest along the plane of all points. It shows white noise in full, however thick the layer
@@ -89,16 +79,10 @@ double nearestResidual(const Eigen::Matrix3Xd& local)
   Eigen::Matrix3Xd nearest(3, static_cast<Eigen::Index>(neighborhoods.front()));
   for (Eigen::Index n = 0; n < nearest.cols(); ++n)
     nearest.col(n) = local.col(byDistance[n].second) / radius;
-  const Eigen::Vector3d mean = nearest.rowwise().mean();
-  double uu = 0, uv = 0, vv = 0;
-  for (Eigen::Index n = 0; n < nearest.cols(); ++n) {
-    const double u = nearest(1, n) - mean[1], v = nearest(2, n) - mean[2];
-    uu += u * u;
-    uv += u * v;
-    vv += v * v;
-  }
+  const Eigen::Matrix2Xd centered = nearest.bottomRows<2>().colwise() - nearest.bottomRows<2>().rowwise().mean();
+  const Eigen::Matrix2d moments = centered * centered.transpose();
   // The eigenvalues λ ≤ Λ satisfy λ > t Λ if λ Λ (1 + t)² > t (λ + Λ)²: determinant and trace are enough.
-  if (!((uu * vv - uv * uv) * (1 + onLine) * (1 + onLine) > onLine * (uu + vv) * (uu + vv)))
+  if (!(moments.determinant() * std::pow(1 + onLine, 2) > onLine * std::pow(moments.trace(), 2)))
     return std::numeric_limits<double>::quiet_NaN();
   return radius * quadricResidual(nearest);
 }

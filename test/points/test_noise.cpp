@@ -41,6 +41,11 @@ OrientedPoints wall(int reach, float step)
   return withSpacings(points);
 }
 
+OrientedPoints firstOf(const OrientedPoints& points, std::size_t count)
+{
+  return select(points, spreadIndices(count, count));
+}
+
 OrientedPoints depthImage(const std::function<float(float depth)>& deviation, int reach)
 {
   return withSpacings(depth_image::plane(deviation, reach));
@@ -224,9 +229,7 @@ TEST(Noise, ThatIsKnownIsTaken)
     const float range = points.positions[i].norm();
     EXPECT_FLOAT_EQ(static_cast<float>(model.deviationAt(points, i)), .5f + .25f * range * range);
   }
-  std::vector<float> sorted = points.deviations;
-  std::nth_element(sorted.begin(), sorted.begin() + sorted.size() / 2, sorted.end());
-  EXPECT_NEAR(model.deviation, sorted[sorted.size() / 2], 1e-3);
+  EXPECT_NEAR(model.deviation, median(points.deviations), 1e-3);
   points.deviations.clear();
   EXPECT_EQ(modelOf(points, 1, .125).deviation, .125);
 }
@@ -249,10 +252,7 @@ TEST(Deviations, AreThoseOfTheSensorThatSaw)
 
 TEST(Noise, OfFewPointsIsUnknown)
 {
-  OrientedPoints points = depthImage([](float) { return .01f; }, 0);
-  std::vector<std::uint8_t> keep(points.size(), 0);
-  std::fill(keep.begin(), keep.begin() + 1000, std::uint8_t{1});
-  EXPECT_TRUE(modelOf(select(points, keep)).groups.empty());
+  EXPECT_TRUE(modelOf(firstOf(depthImage([](float) { return .01f; }, 0), 1000)).groups.empty());
 }
 
 TEST(Noise, IsFollowedOfManyPointsOnly)
@@ -260,9 +260,7 @@ TEST(Noise, IsFollowedOfManyPointsOnly)
   const auto isFollowed = [](const NoiseModel& model) { return model.isStrong || model.isCorrelated; };
   for (const OrientedPoints& points : {wall(0, 0), wall(2, 4)}) {
     EXPECT_TRUE(isFollowed(modelOf(points)));
-    std::vector<std::uint8_t> keep(points.size(), 0);
-    std::fill(keep.begin(), keep.begin() + 5000, std::uint8_t{1});
-    const NoiseModel few = modelOf(select(points, keep));
+    const NoiseModel few = modelOf(firstOf(points, 5000));
     EXPECT_GT(std::count_if(few.groups.begin(), few.groups.end(), [](const NoiseGroup& g) { return g.isStrong(); }), 3);
     EXPECT_FALSE(isFollowed(few));
   }
