@@ -67,36 +67,6 @@ std::vector<Eigen::Vector3f> spread(const std::vector<Eigen::Vector3f>& position
   return chosen;
 }
 
-/// Boxes around consecutive points, so that a cube need not look at all points. Gathering sorts the points along a
-/// curve; in another order the boxes are slower but not wrong.
-class PointBoxes {
-public:
-  PointBoxes(const std::vector<Eigen::Vector3f>& positions, Execution& execution)
-      : count_(positions.size()), boxes_((positions.size() + length - 1) / length)
-  {
-    execution.forRange(count_, length, [&](std::size_t begin, std::size_t end) {
-      Eigen::AlignedBox3f& box = boxes_[begin / length];
-      for (std::size_t i = begin; i < end; ++i)
-        box.extend(positions[i]);
-    });
-  }
-
-  /// Calls visit(i) for all points in the box, and for some around it.
-  template <typename Visit>
-  void forEachNear(const Eigen::AlignedBox3f& box, const Visit& visit) const
-  {
-    for (std::size_t b = 0; b < boxes_.size(); ++b)
-      if (boxes_[b].intersects(box))
-        for (std::size_t i = b * length; i < std::min((b + 1) * length, count_); ++i)
-          visit(i);
-  }
-
-private:
-  static constexpr std::size_t length = 512;
-  std::size_t count_;
-  std::vector<Eigen::AlignedBox3f> boxes_;
-};
-
 /// Settings that are tried on all cubes.
 struct Trial {
   double voxelSize;
@@ -119,16 +89,18 @@ struct Cube {
   std::map<double, std::vector<double>> errors; ///< by ℓ: one per held-out point
 
   /// \param core side of the inner cube in which points are held out, cloud's unit: the same for all trials compared
-  Cube(const OrientedPoints& points, const PointBoxes& boxes, const Eigen::Vector3f& center, const Trial& trial,
+  Cube(const OrientedPoints& points, const NeighborSearch& search, const Eigen::Vector3f& center, const Trial& trial,
        double core)
   {
     const int side = static_cast<int>(std::ceil(core / trial.voxelSize + 2 * margin - 1e-6)) + 1;
     lattice.size = {side, side, side};
     lattice.spacing = trial.voxelSize;
     lattice.origin = center.cast<double>() - Eigen::Vector3d::Constant(trial.voxelSize * (side - 1) / 2);
-    const Eigen::Vector3f reach = Eigen::Vector3f::Constant(static_cast<float>(trial.voxelSize * side / 2));
+    Neighbors around;
+    search.within(center, static_cast<float>(std::sqrt(3.) * trial.voxelSize * side / 2), around);
+    std::sort(around.indices.begin(), around.indices.end());
     std::vector<std::uint32_t> inside;
-    boxes.forEachNear({center - reach, center + reach}, [&](std::size_t i) {
+    for (const std::size_t i : around.indices) {
       const Eigen::Vector3d voxel = lattice.toVoxels(points.positions[i]);
       const bool isWithheld =
           trial.discRadius > 0 ? (points.positions[i] - center).norm() < trial.discRadius : isHeldOut(i);
@@ -138,7 +110,7 @@ struct Cube {
       } else if ((voxel.array() >= 0).all() && (voxel.array() <= side - 1).all()) {
         inside.push_back(static_cast<std::uint32_t>(i));
       }
-    });
+    }
     seen = select(points, inside);
     if (seen.size() == 0)
       heldOut.clear();
@@ -329,11 +301,12 @@ NoiseLevel noiseLevel(const Score& shortest, const Score& second, double spacing
 /// Makes each cube once and scores it once per trial and length, for all choices.
 class CrossValidation final : public HoldOut {
 public:
-  CrossValidation(const OrientedPoints& points, float spacing, double finest, Prior prior, float gradientWeight,
-                  Execution& execution)
-      : points_(points), spacing_(spacing), finest_(finest), prior_(prior), gradientWeight_(gradientWeight),
+  CrossValidation(const OrientedPoints& points, const NeighborSearch& search, float spacing, double finest, Prior prior,
+                  float gradientWeight, Execution& execution)
+      : points_(points), search_(search), spacing_(spacing), finest_(finest), prior_(prior),
+        gradientWeight_(gradientWeight),
         invisible_(std::min(invisibleInSpacings * spacing, invisibleShare * boundingBox(points.positions).diagonal())),
-        execution_(execution), core_((cubeSide - 1 - 2 * margin) * finest), boxes_(points.positions, execution)
+        execution_(execution), core_((cubeSide - 1 - 2 * margin) * finest)
   {
     if (points.size() > 0)
       centers_ = spread(points.positions, (cubeSide - 2 * margin) * finest);
@@ -437,7 +410,7 @@ private:
     const std::size_t used = std::min(cubes, centers_.size());
     std::vector<Cube>& made = cubes_[trial];
     while (made.size() < used)
-      made.emplace_back(points_, boxes_, centers_[made.size()], trial, core_);
+      made.emplace_back(points_, search_, centers_[made.size()], trial, core_);
     // Max change of a solver step near the zero level, voxels; the error left is about twice as much. With half of it
     // under noise, 46 of 48 clouds choose the same voxels and weights, and lengths within 3 %, in a tenth more time.
     const double tolerance = std::max(3e-3, .04 * noise / trial.voxelSize);
@@ -553,6 +526,7 @@ private:
   }
 
   const OrientedPoints& points_;
+  const NeighborSearch& search_;
   const float spacing_;
   const double finest_;
   const Prior prior_;
@@ -560,18 +534,18 @@ private:
   const double invisible_; ///< mean distance below which voxels may be larger, cloud's unit
   Execution& execution_;
   const double core_; ///< side of the inner cubes with held-out points, the same for all voxel sizes, cloud's unit
-  const PointBoxes boxes_;
   std::vector<Eigen::Vector3f> centers_; ///< of the cubes
   std::map<Trial, std::vector<Cube>> cubes_;
 };
 
 } // namespace
 
-std::unique_ptr<HoldOut> makeHoldOut(const OrientedPoints& points, float spacing, double voxelSize, Prior prior,
-                                     const ObservationOptions& observation, Execution& execution)
+std::unique_ptr<HoldOut> makeHoldOut(const OrientedPoints& points, const NeighborSearch& search, float spacing,
+                                     double voxelSize, Prior prior, const ObservationOptions& observation,
+                                     Execution& execution)
 {
-  return std::make_unique<CrossValidation>(points, spacing, voxelSize, prior, resolvedGradientWeight(observation),
-                                           execution);
+  return std::make_unique<CrossValidation>(points, search, spacing, voxelSize, prior,
+                                           resolvedGradientWeight(observation), execution);
 }
 
 } // namespace pcl::mrf

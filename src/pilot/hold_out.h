@@ -3,6 +3,7 @@
 #pragma once
 
 #include <pcl/surface/mrf/execution.h>
+#include <pcl/surface/mrf/neighbor_search.h>
 #include <pcl/surface/mrf/point_set.h>
 #include <pcl/surface/mrf/report.h>
 
@@ -34,10 +35,11 @@ public:
   virtual ResolutionChoice chooseResolution(double smoothing, float gradientWeight, double noise) = 0;
 };
 
-/// \param points must outlive the object, as must execution \param spacing l̄, cloud's unit, > 0
-/// \param voxelSize h of the finest level, cloud's unit, > 0
-/// \param observation its weight of the normals is used when ℓ is chosen
-std::unique_ptr<HoldOut> makeHoldOut(const OrientedPoints& points, float spacing, double voxelSize, Prior prior,
-                                     const ObservationOptions& observation, Execution& execution);
+/// \param points must outlive the object, as must search, which holds them, and execution \param spacing l̄, cloud's
+/// unit, > 0 \param voxelSize h of the finest level, cloud's unit, > 0 \param observation its weight of the normals is
+/// used when ℓ is chosen
+std::unique_ptr<HoldOut> makeHoldOut(const OrientedPoints& points, const NeighborSearch& search, float spacing,
+                                     double voxelSize, Prior prior, const ObservationOptions& observation,
+                                     Execution& execution);
 
 } // namespace pcl::mrf

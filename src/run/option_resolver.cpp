@@ -115,14 +115,16 @@ OptionResolver::OptionResolver(const Options& requested, const SamplingDensity& 
   options_.normals.radius = resolvedRadius(requested.normals, spacing_);
 }
 
-void OptionResolver::chooseByData(const OrientedPoints& points, Report& report, Execution& execution)
+void OptionResolver::chooseByData(const OrientedPoints& points, const NeighborSearch& search, Report& report,
+                                  Execution& execution)
 {
   ObservationOptions& observation = options_.observation;
   if (!observation.atPoints())
     return;
   std::unique_ptr<HoldOut> holdOut;
   if (choosesSmoothing(requested_) || choosesResolution(requested_))
-    holdOut = makeHoldOut(points, spacing_, options_.multiscale.voxelSize, options_.prior.kind, observation, execution);
+    holdOut = makeHoldOut(points, search, spacing_, options_.multiscale.voxelSize, options_.prior.kind, observation,
+                          execution);
   if (choosesSmoothing(requested_))
     chooseSmoothing(*holdOut, observation, report, execution);
   observation.smoothing = resolvedSmoothing(observation, spacing_);

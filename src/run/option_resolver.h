@@ -29,7 +29,7 @@ public:
 
   /// Resolves ℓ, the weight of the normals and the voxel size as far as cross-validation chooses them, and reports how.
   /// \param points the points that are observed
-  void chooseByData(const OrientedPoints& points, Report& report, Execution& execution);
+  void chooseByData(const OrientedPoints& points, const NeighborSearch& search, Report& report, Execution& execution);
 
   /// Sets a known noise before chooseByData: ℓ follows it, unless it is given. \param deviation σ of the median point
   void knowNoise(double deviation);

@@ -164,7 +164,7 @@ void chooseByData(OrientedPoints& points, NeighborSearch& search, OptionResolver
   const double constant = constantNoise(requested);
   const bool isGivenSmoothing = requested.smoothing > 0, variesAsKnown = !points.deviations.empty();
   if (!mayAskForNoise(report.options) || (isGivenSmoothing && !variesAsKnown))
-    return resolver.chooseByData(points, report, execution);
+    return resolver.chooseByData(points, search, report, execution);
   NoiseModel noise;
   {
     const StageTimer timer("noise", report, execution);
@@ -183,7 +183,7 @@ void chooseByData(OrientedPoints& points, NeighborSearch& search, OptionResolver
   }
   if ((report.noise.isKnown || noise.isStrong) && !isGivenSmoothing)
     resolver.knowNoise(noise.deviation);
-  resolver.chooseByData(points, report, execution);
+  resolver.chooseByData(points, search, report, execution);
 }
 
 /// Runs work that does not use the search of the points. If memory is short, the search frees its own meanwhile.

@@ -26,7 +26,8 @@ SmoothingChoice choose(const PointSet& points, double unit = 1, int threads = 2)
 {
   Execution execution(threads);
   const OrientedPoints oriented = shapes::oriented(points);
-  return makeHoldOut(oriented, static_cast<float>(unit) * spacing, 2 * unit * spacing, Prior::triharmonic, {},
+  const auto search = clouds::searchOf(points);
+  return makeHoldOut(oriented, *search, static_cast<float>(unit) * spacing, 2 * unit * spacing, Prior::triharmonic, {},
                      execution)
       ->chooseSmoothing();
 }
@@ -34,14 +35,16 @@ SmoothingChoice choose(const PointSet& points, double unit = 1, int threads = 2)
 ResolutionChoice chooseResolution(const OrientedPoints& points, float unit, double smoothing, int threads = 2)
 {
   Execution execution(threads);
-  return makeHoldOut(points, unit, 2 * static_cast<double>(unit), Prior::triharmonic, {}, execution)
+  const auto search = clouds::searchOf(points);
+  return makeHoldOut(points, *search, unit, 2 * static_cast<double>(unit), Prior::triharmonic, {}, execution)
       ->chooseResolution(smoothing, .4f, 0);
 }
 
 float chooseGradientWeight(const OrientedPoints& points, double smoothing, double noise)
 {
   Execution execution(2);
-  return makeHoldOut(points, spacing, 2. * spacing, Prior::triharmonic, {}, execution)
+  const auto search = clouds::searchOf(points);
+  return makeHoldOut(points, *search, spacing, 2. * spacing, Prior::triharmonic, {}, execution)
       ->chooseGradientWeight(smoothing, noise);
 }
 
@@ -203,12 +206,13 @@ TEST(HoldOut, ChoicesAreThoseOfSeparateObjects)
 {
   const OrientedPoints points = shapes::oriented(noisyTorus(.5 * spacing));
   Execution execution(2);
-  const auto shared = makeHoldOut(points, spacing, 2. * spacing, Prior::triharmonic, {}, execution);
+  const auto search = clouds::searchOf(points);
+  const auto shared = makeHoldOut(points, *search, spacing, 2. * spacing, Prior::triharmonic, {}, execution);
   const SmoothingChoice smoothing = shared->chooseSmoothing();
   const float weight = shared->chooseGradientWeight(smoothing.smoothing, smoothing.noise);
   const ResolutionChoice resolution = shared->chooseResolution(smoothing.smoothing, weight, smoothing.noise);
   EXPECT_EQ(chooseGradientWeight(points, smoothing.smoothing, smoothing.noise), weight);
-  const ResolutionChoice own = makeHoldOut(points, spacing, 2. * spacing, Prior::triharmonic, {}, execution)
+  const ResolutionChoice own = makeHoldOut(points, *search, spacing, 2. * spacing, Prior::triharmonic, {}, execution)
                                    ->chooseResolution(smoothing.smoothing, weight, smoothing.noise);
   EXPECT_EQ(own.voxelSize, resolution.voxelSize);
   ASSERT_EQ(own.curve.size(), resolution.curve.size());

@@ -3,6 +3,7 @@
 #include "levels/multiscale.h"
 #include "observation/observation.h"
 #include "run/option_resolver.h"
+#include "support/clouds.h"
 #include "support/threads.h"
 
 #include <gtest/gtest.h>
@@ -38,7 +39,7 @@ ResolvedOptions resolve(const Options& requested, float spacing, float diagonal)
 {
   Report report;
   OptionResolver resolver(requested, densityOf(spacing));
-  resolver.chooseByData({}, report, serial);
+  resolver.chooseByData({}, *makePointBins(), report, serial);
   resolver.limitTrimming(diagonal);
   return resolver.resolved();
 }
@@ -83,7 +84,7 @@ TEST(OptionResolver, takesLargerVoxelsWherePointsLieUnevenly)
     constexpr float spacing = .004f;
     Report report;
     OptionResolver resolver(Options(), densityOf(spacing));
-    resolver.chooseByData(*points, report, serial);
+    resolver.chooseByData(*points, *clouds::searchOf(*points), report, serial);
     EXPECT_LT(report.resolution.voxelSize, 3 * spacing) << "which tells nothing of what lies between rings";
     EXPECT_NEAR(resolver.soFar().multiscale.voxelSize, points == &rings ? 4 * spacing : report.resolution.voxelSize,
                 1e-6)
@@ -154,7 +155,7 @@ TEST(OptionResolver, estimatedNormalsGetNoMoreWeightBecauseOfNoise)
     Report report;
     report.normalsEstimated = areEstimated;
     OptionResolver resolver(Options(), densityOf(spacing));
-    resolver.chooseByData(points, report, serial);
+    resolver.chooseByData(points, *clouds::searchOf(points), report, serial);
     resolver.limitTrimming(2);
     EXPECT_EQ(resolver.resolved().observation.gradientWeight, areEstimated ? .4f : 4.f);
   }
