@@ -34,13 +34,6 @@ std::vector<std::uint32_t> pointsOfDisc(const OrientedPoints& points, const Neig
 
 } // namespace
 
-void Openings::add(const Eigen::Vector3f& vertex, float distance)
-{
-  if (distance > 0)
-    vertices.push_back(vertex);
-  largest = std::max(largest, distance);
-}
-
 std::vector<Patch> choosePatches(const OrientedPoints& points, const NeighborSearch& search, const Openings& openings,
                                  float narrowest, Execution& execution)
 {

@@ -18,13 +18,10 @@ struct Patch {
   std::vector<std::uint32_t> points;
 };
 
-/// The openings of a surface: its vertices without support.
+/// The openings of a surface.
 struct Openings {
-  std::vector<Eigen::Vector3f> vertices;
-  float largest = 0; ///< largest distance from a vertex to its nearest point, cloud's unit
-
-  /// Adds a vertex of the mesh if it has no support. \param distance to its nearest point; 0 if it has support
-  void add(const Eigen::Vector3f& vertex, float distance);
+  std::vector<Eigen::Vector3f> vertices; ///< of the mesh, without support
+  float largest = 0;                     ///< largest distance from a vertex to its nearest point, cloud's unit
 };
 
 /// Chooses discs as wide as the widest opening and narrower ones, down to half of that, apart from each other and from

@@ -195,7 +195,10 @@ private:
   {
     Openings openings;
     for (const std::int32_t v : vertices_)
-      openings.add(mesh_.vertices[v], evidence[v].distance);
+      if (evidence[v].distance > 0) {
+        openings.vertices.push_back(mesh_.vertices[v]);
+        openings.largest = std::max(openings.largest, evidence[v].distance);
+      }
     const float narrowest = 1.5f * options_.observation.maxDistance;
     result_.patches = choosePatches(*piece_.points, *piece_.search, openings, narrowest, execution_);
     std::vector<std::uint8_t> keep(piece_.points->size(), 1);
