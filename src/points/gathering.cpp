@@ -27,12 +27,8 @@ bool isUsable(const Eigen::Vector3f& normal)
 bool hasUsableNormals(const std::vector<Eigen::Vector3f>& normals, const std::vector<std::uint8_t>& keep,
                       Execution& execution)
 {
-  return execution.sum(normals.size(), gatheringGrain, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i)
-      if (keep[i] && isUsable(normals[i]))
-        return 1.;
-    return 0.;
-  }) > 0;
+  return sumOver(execution, normals.size(), gatheringGrain,
+                 [&](std::size_t i) { return keep[i] && isUsable(normals[i]) ? 1. : 0.; }) > 0;
 }
 
 /// Keeps the first of equal positions, with its origin. \pre equal positions are consecutive \return points dropped

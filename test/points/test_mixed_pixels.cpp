@@ -163,6 +163,8 @@ TEST(MixedPixels, NoneOnAWallThatLinesOfSightCross)
   }
   points.sensors = {{5, 30, 200}};
   EXPECT_GT(droppedOf(points), 40) << "a sheet along the lines of sight";
+  points.sensors = {{5, 30, 1e5f}};
+  EXPECT_EQ(droppedOf(points), 0) << "a direction is no device";
   points.sensors = {{40, 30, 200}};
   EXPECT_LT(droppedOf(points), 10) << "at the ends of the wall";
 }

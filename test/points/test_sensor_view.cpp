@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "points/mixed_pixels.h"
 #include "points/preprocessing.h"
 #include "points/sensor_view.h"
 #include "support/clouds.h"
@@ -89,22 +88,4 @@ TEST(SensorOrigin, InsideOfThePointsStays)
   points.hasSensorOrigin = true;
   const std::unique_ptr<NeighborSearch> search = makePointBins();
   EXPECT_EQ(preprocess(std::move(points), {}, *search, report, serial).points.sensors.size(), 1u);
-}
-
-TEST(MixedPixels, AreNotSeenFromADirection)
-{
-  PointSet points; // a roof, what lies below it, and points of a wall in between
-  for (int n = 0; n < static_cast<int>(count); ++n) {
-    const Eigen::Vector3f place(static_cast<float>(n % 63), static_cast<float>(n / 63), 0);
-    points.positions.emplace_back(place + Eigen::Vector3f(0, 0,
-                                                          n % 63 < 31                       ? 20.f
-                                                          : n % 63 == 31 && n / 63 % 3 == 0 ? 9.f
-                                                                                            : 0.f));
-  }
-  std::vector<std::uint8_t> keep(points.size(), 1);
-  points.sensors = {{31, 31, 200}};
-  EXPECT_GT(dropMixedPixels(points, *clouds::searchOf(points), keep, serial), 10) << "a device may have mixed them";
-  keep.assign(points.size(), 1);
-  points.sensors = {{31, 31, 1e5f}};
-  EXPECT_EQ(dropMixedPixels(points, *clouds::searchOf(points), keep, serial), 0);
 }
