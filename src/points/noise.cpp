@@ -178,17 +178,6 @@ NoiseGroup fit(const std::vector<double>& radii, const std::vector<double>& resi
   return best;
 }
 
-/// Median side of the squares that the points stand for, cloud's unit, from neighborhoods wider than the noise.
-double medianSide(const std::vector<Sample>& samples)
-{
-  constexpr std::size_t wide = 4;
-  const double share = std::sqrt(static_cast<double>(EIGEN_PI) / static_cast<double>(neighborhoods[wide]));
-  std::vector<double> sides;
-  for (const Sample& sample : samples)
-    sides.push_back(share * sample.radius[wide] * sample.spacing);
-  return quantileOfNumbers(std::move(sides), .5);
-}
-
 /// \param samples of one group
 NoiseGroup describe(const std::vector<Sample>& samples)
 {
@@ -209,7 +198,9 @@ NoiseGroup describe(const std::vector<Sample>& samples)
   }
   if (residuals.size() + 1 == neighborhoods.size())
     group = fit(radii, residuals);
-  group.side = medianSide(samples);
+  constexpr std::size_t wide = 4; // a neighborhood wider than the noise
+  const double share = std::sqrt(static_cast<double>(EIGEN_PI) / static_cast<double>(neighborhoods[wide]));
+  group.side = quantileOf([share](const Sample& sample) { return share * sample.radius[wide] * sample.spacing; }, .5);
   group.known = quantileOf([](const Sample& sample) { return sample.known; }, .5);
   group.key = quantileOf([](const Sample& sample) { return sample.key; }, .5);
   group.spacing = quantileOf([](const Sample& sample) { return sample.spacing; }, .5);
@@ -233,13 +224,13 @@ NoiseGroup describe(const std::vector<Sample>& samples)
   // Points closest along the plane lie on a line within the rings of a lidar. Neighbors in different rings share no
   // noise: the differences between rings are shape.
   constexpr double onRings = .25;
-  double wide = 0, ofRings = 0;
+  double measured = 0, ofRings = 0;
   for (const Sample& sample : samples)
     if (!std::isnan(sample.roundness)) {
-      ++wide;
+      ++measured;
       ofRings += std::isnan(sample.nearest) ? 1 : 0;
     }
-  if (ofRings > onRings * wide) {
+  if (ofRings > onRings * measured) {
     group.deviation = group.white;
     group.correlation = group.side = group.spacing;
   }
