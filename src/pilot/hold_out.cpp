@@ -480,9 +480,7 @@ private:
     if (errors.count(best - 1) != 0 && errors.count(best + 1) != 0)
       choice.smoothing *= std::exp2(.5 * parabolaMinimum(errors.at(best - 1), atBest, errors.at(best + 1)));
     // Under strong noise the score has an accidental minimum at a short ℓ, which is deeper for stronger noise. If a
-    // longer ℓ scores much worse, the errors are not noise, but edges and depths that it would smooth away. For six
-    // objects, scanned and at random, with noise of 2 spacings the surface is within .21 and .15 % of the diagonal, and
-    // within .34 and .27 with 1.1 throughout. With 1.2 throughout, Kinect frames of .3 spacings are a tenth less exact.
+    // longer ℓ scores much worse, the errors are not noise, but edges and depths that it would smooth away.
     constexpr double strong = .8;
     const double shallow = choice.noise > strong * spacing_ ? 1.5 : 1.1;
     double longestAllowed = choice.smoothing;
@@ -495,10 +493,7 @@ private:
   }
 
   /// Whether the points lie in a layer so thick that a few of them show no surface: around three of four held-out
-  /// points, the nearest 16 and the nearest 64 points are spread in all directions. For a bunny with noise of 1.3, 1.9,
-  /// 2.6 and 3.9 spacings the first quartile of third over second eigenvalue is .22, .32, .38 and .45 of 16 points, and
-  /// .11, .22, .32 and .47 of 64. For a Kinect frame, an airborne scan, noisy heads and a lidar's street it is at most
-  /// .17 of 16 points, and up to .19 of 64.
+  /// points, the nearest 16 and the nearest 64 points are spread in all directions.
   bool isThick()
   {
     const auto firstQuartile = [&](std::size_t neighbors) {
