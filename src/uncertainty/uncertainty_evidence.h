@@ -3,7 +3,6 @@
 #pragma once
 
 #include "uncertainty/held_out_pairs.h"
-#include "uncertainty/opening_patches.h"
 #include "uncertainty/uncertainty.h"
 
 #include <pcl/surface/mrf/distance_field.h>
@@ -27,6 +26,13 @@ struct Evidence {
   float offset = 0;   ///< signed mean distance from the nearest points where one supports the surface, cloud's unit
   float bias = 0;     ///< squared mean distance to the nearest points, cloud's unit²
   bool isInPatch = false;
+};
+
+/// A disc of points that are left out, all of one sheet.
+struct Patch {
+  Eigen::Vector3f center;
+  float radius; ///< cloud's unit
+  std::vector<std::uint32_t> points;
 };
 
 /// A place on the filling of a left-out disc.
