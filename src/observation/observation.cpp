@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "observation/observation.h"
 
+#include "base/loops.h"
 #include "observation/point_observation.h"
 #include "options/confidence.h"
 #include "options/validation.h"
@@ -53,21 +54,19 @@ ObservedVoxels findObserved(const OrientedPoints& points, const Lattice& lattice
   const int slabs = (size.z + slabPlanes - 1) / slabPlanes;
   std::vector<ObservedVoxels> found(slabs);
 
-  execution.forRange(slabs, 1, [&](std::int64_t begin, std::int64_t end) {
-    for (std::int64_t slab = begin; slab < end; ++slab) {
-      const int zBegin = static_cast<int>(slab) * slabPlanes, zEnd = std::min(zBegin + slabPlanes, size.z);
-      std::vector<float> squared(size.planeCount() * (zEnd - zBegin), limit);
-      for (const Eigen::Vector3f& position : points.positions)
-        splat(lattice.toVoxels(position), reach, size, zBegin, zEnd, squared.data());
+  forEach<int>(execution, slabs, 1, [&](int slab) {
+    const int zBegin = slab * slabPlanes, zEnd = std::min(zBegin + slabPlanes, size.z);
+    std::vector<float> squared(size.planeCount() * (zEnd - zBegin), limit);
+    for (const Eigen::Vector3f& position : points.positions)
+      splat(lattice.toVoxels(position), reach, size, zBegin, zEnd, squared.data());
 
-      ObservedVoxels& mine = found[slab];
-      const std::int64_t offset = size.index(0, 0, zBegin);
-      for (std::size_t v = 0; v < squared.size(); ++v)
-        if (squared[v] < limit) {
-          mine.voxels.push_back(offset + static_cast<std::int64_t>(v));
-          mine.nearest.push_back(std::sqrt(squared[v] / limit));
-        }
-    }
+    ObservedVoxels& mine = found[slab];
+    const std::int64_t offset = size.index(0, 0, zBegin);
+    for (std::size_t v = 0; v < squared.size(); ++v)
+      if (squared[v] < limit) {
+        mine.voxels.push_back(offset + static_cast<std::int64_t>(v));
+        mine.nearest.push_back(std::sqrt(squared[v] / limit));
+      }
   });
 
   ObservedVoxels all;
@@ -107,7 +106,9 @@ public:
     case ObservationKind::median:
       return median(projected_);
     case ObservationKind::mean:
-      setWeightsToConfidence(neighbors);
+      weights_.clear();
+      for (const int j : neighbors)
+        weights_.push_back(confidence(j));
       break;
     case ObservationKind::plane:
       setTangentialWeights(x, neighbors);
@@ -129,13 +130,6 @@ private:
   const Eigen::Vector3f& position(int j) const { return points_.positions[j]; }
   const Eigen::Vector3f& normal(int j) const { return points_.normals[j]; }
   float confidence(int j) const { return points_.confidence(j); }
-
-  void setWeightsToConfidence(const std::vector<int>& neighbors)
-  {
-    weights_.clear();
-    for (const int j : neighbors)
-      weights_.push_back(confidence(j));
-  }
 
   /// Weights are relative to the largest Gaussian, because far from the surface all of them would underflow.
   void setTangentialWeights(const Eigen::Vector3f& x, const std::vector<int>& neighbors)
