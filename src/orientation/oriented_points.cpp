@@ -168,9 +168,7 @@ OrientedPoints orientPoints(PreparedPoints prepared, const Options& options, Nei
 void fitNormalsToNoise(OrientedPoints& points, const Options& options, NeighborSearch& search, Report& report,
                        Execution& execution)
 {
-  // Cosine from which normals are kept. Exact normals have .96 or more under noise of up to 4 spacings; normals of 16
-  // points have .95 under noise of 1.4 spacings, .9 under 2.
-  constexpr float alike = .93f;
+  constexpr float alike = .93f; // cosine from which normals are kept
   if (options.normals.source == NormalSource::use || options.normals.noiseCriteria || options.normals.radius > 0)
     return;
   constexpr std::size_t few = 2048;

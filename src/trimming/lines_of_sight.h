@@ -39,10 +39,9 @@ struct Surfaces {
   }
 };
 
-/// Flags of the points whose surface and a larger one contradict each other. Either a sensor saw the larger one through
-/// the disc of one spacing around the point: at least two points behind it, and two more for each that it saw there. Or
-/// the line of sight that found the point passes through a point of the larger one, within half its spacing. What is
-/// behind is so by clearance(); which sensors count is as in seenThrough.
+/// Flags of the points whose surface and a larger one contradict each other: a sensor saw the larger one through the
+/// point's, or the point through the larger one. What is behind is so by clearance(); which sensors count is as in
+/// seenThrough.
 /// \param asked points of the cloud \pre points.spacings is not empty
 ///
 /// Cost: for each sensor n log n for its n points, and up to two queries per asked point.

@@ -40,11 +40,9 @@ pickVertices(const TriangleMesh& mesh, const std::vector<std::int32_t>& componen
   return picked;
 }
 
-/// Counts the points that support a component of the mesh. A point is behind a component if no other one is closer. It
-/// is coherent if a third of its neighbors behind the component, and two at least, have normals that agree with its
-/// own; outliers have no such neighbors. It is apart if these two are closer than any other component, so that no other
-/// surface accounts for it, and within some spacings of the points behind other components next to it: outliers that
-/// happen to be neighbors are farther away, and estimated normals agree among any of those.
+/// Counts the points that support a component of the mesh: those that are behind it and coherent, as src/method.md
+/// says. They are apart if their two nearest neighbors of these are closer than any other component, and within some
+/// spacings.
 class ComponentSupport {
 public:
   ComponentSupport(const TriangleMesh& mesh, const OrientedPoints& points, const NeighborSearch& search,

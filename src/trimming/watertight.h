@@ -8,10 +8,8 @@
 
 namespace pcl::mrf {
 
-/// A field with a closed zero level. Near the mesh it is that of the given field, elsewhere the level ½ of the mesh's
-/// winding number, which spans a planar opening by its plane and other openings like a membrane. If the mesh bounds a
-/// hollow, as a room seen from within, the level is −½, and the hollow is outside. A sheet that bounds nothing gets a
-/// back about two voxels behind it, which shows the steps of voxels.
+/// A field with a closed zero level: near the mesh that of the given field, elsewhere a level of the mesh's winding
+/// number, see src/method.md, "Trimming".
 ///
 /// The closed level lies in the convex hull of the mesh, up to about a voxel. The field is stored in a band around it,
 /// on the lattice of the given one with two more voxels on each side. Each piece of a field in pieces is closed by
