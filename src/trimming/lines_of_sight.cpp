@@ -70,20 +70,30 @@ private:
   const SensorView view_;
 };
 
-/// Calls visit(view, indices of its points) for each sensor that is known to have seen some.
-template <typename Visit>
-void forEachView(const OrientedPoints& points, Execution& execution, const Visit& visit)
+/// Flags of the numbers below `count` that pass a test in the view of some sensor.
+/// \param test called with a view, the indices of its points, a number and scratch
+template <typename Test>
+std::vector<std::uint8_t> flagsOf(std::size_t count, const OrientedPoints& points, Execution& execution,
+                                  const Test& test)
 {
-  if (points.sensors.size() > maxViews)
-    return;
+  std::vector<std::uint8_t> flags(count, 0);
+  if (count == 0 || points.sensors.size() > maxViews)
+    return flags;
   const std::vector<std::vector<std::uint32_t>> own = pointsOfSensors(points);
   for (std::size_t sensor = 0; sensor < own.size(); ++sensor) {
     if (own[sensor].empty())
       continue;
     const bool isAll = own[sensor].size() == points.size();
     const OrientedPoints some = isAll ? OrientedPoints() : select(points, own[sensor]);
-    visit(View(points.sensors[sensor], isAll ? points : some, execution), own[sensor]);
+    const View view(points.sensors[sensor], isAll ? points : some, execution);
+    execution.forRange(count, 64, [&](std::size_t begin, std::size_t end) {
+      Neighbors besides;
+      for (std::size_t n = begin; n < end; ++n)
+        if (!flags[n])
+          flags[n] = test(view, own[sensor], n, besides) ? 1 : 0;
+    });
   }
+  return flags;
 }
 
 } // namespace
@@ -91,42 +101,27 @@ void forEachView(const OrientedPoints& points, Execution& execution, const Visit
 std::vector<std::uint8_t> seenThrough(const std::vector<Place>& places, const OrientedPoints& points,
                                       Execution& execution)
 {
-  std::vector<std::uint8_t> result(places.size(), 0);
-  if (places.empty())
-    return result;
-  forEachView(points, execution, [&](const View& view, const std::vector<std::uint32_t>&) {
-    execution.forRange(places.size(), 256, [&](std::size_t begin, std::size_t end) {
-      Neighbors besides;
-      for (std::size_t n = begin; n < end; ++n)
-        if (!result[n])
-          result[n] = view.seesThrough(places[n], besides) ? 1 : 0;
-    });
-  });
-  return result;
+  return flagsOf(places.size(), points, execution,
+                 [&](const View& view, const std::vector<std::uint32_t>&, std::size_t n, Neighbors& besides) {
+                   return view.seesThrough(places[n], besides);
+                 });
 }
 
 std::vector<std::uint8_t> contradicted(const std::vector<std::uint32_t>& asked, const Surfaces& surfaces,
                                        const OrientedPoints& points, Execution& execution)
 {
-  std::vector<std::uint8_t> result(asked.size(), 0);
-  if (asked.empty())
-    return result;
-  forEachView(points, execution, [&](const View& view, const std::vector<std::uint32_t>& own) {
-    execution.forRange(asked.size(), 64, [&](std::size_t begin, std::size_t end) {
-      Neighbors besides;
-      for (std::size_t n = begin; n < end; ++n) {
-        const std::uint32_t point = asked[n];
-        const std::int32_t number = surfaces.numberOf(point);
-        const auto found = std::lower_bound(own.begin(), own.end(), point); // own is in ascending order
-        const bool isOwn = found != own.end() && *found == point;
-        if (result[n] == 0 && number >= 0 &&
-            (view.passesThrough(point, points, own, surfaces, number, besides) ||
-             (isOwn && view.isBehind(static_cast<std::size_t>(found - own.begin()), own, surfaces, number, besides))))
-          result[n] = 1;
-      }
-    });
-  });
-  return result;
+  const auto isContradicted = [&](const View& view, const std::vector<std::uint32_t>& own, std::size_t n,
+                                  Neighbors& besides) {
+    const std::uint32_t point = asked[n];
+    const std::int32_t number = surfaces.numberOf(point);
+    if (number < 0)
+      return false;
+    const auto found = std::lower_bound(own.begin(), own.end(), point); // own is in ascending order
+    const bool isOwn = found != own.end() && *found == point;
+    return view.passesThrough(point, points, own, surfaces, number, besides) ||
+           (isOwn && view.isBehind(static_cast<std::size_t>(found - own.begin()), own, surfaces, number, besides));
+  };
+  return flagsOf(asked.size(), points, execution, isContradicted);
 }
 
 } // namespace pcl::mrf

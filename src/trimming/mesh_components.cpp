@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "trimming/mesh_components.h"
 
+#include "base/loops.h"
 #include "base/select_values.h"
 #include "mesh/mesh_topology.h"
 #include "trimming/lines_of_sight.h"
@@ -171,12 +172,8 @@ std::vector<std::uint8_t> findPoorComponents(const ComponentSupport& support,
                                              Execution& execution)
 {
   std::vector<std::uint8_t> isPoor(picked.size(), 0);
-  execution.forRange(picked.size(), 1, [&](std::int64_t begin, std::int64_t end) {
-    for (std::int64_t c = begin; c < end; ++c) {
-      const std::size_t component = c;
-      isPoor[component] =
-          support.isEnough(static_cast<std::int32_t>(c), picked[component], min, minPointsApart) ? 0 : 1;
-    }
+  forEach(execution, picked.size(), 1, [&](std::size_t c) {
+    isPoor[c] = support.isEnough(static_cast<std::int32_t>(c), picked[c], min, minPointsApart) ? 0 : 1;
   });
   return isPoor;
 }
