@@ -97,27 +97,6 @@ private:
   std::vector<float> offsets_;                      ///< shared offset by vertex, on either side
 };
 
-/// A triangle of a moved mesh, and its normals.
-struct MovedTriangle {
-  std::array<Eigen::Vector3d, 3> corners, normals;
-
-  MovedTriangle(const TriangleMesh& mesh, const std::vector<float>& distances, const Triangle& triangle)
-  {
-    for (std::size_t c = 0; c < 3; ++c) {
-      const std::size_t v = triangle[c];
-      normals[c] = mesh.normals[v].cast<double>();
-      corners[c] = mesh.vertices[v].cast<double>() + static_cast<double>(distances[v]) * normals[c];
-    }
-  }
-
-  double area() const { return (corners[1] - corners[0]).cross(corners[2] - corners[0]).norm() / 2; }
-
-  double volume() const { return corners[0].dot(corners[1].cross(corners[2])) / 6; }
-
-  /// The volume between the triangle and the curved surface through its corners.
-  double volumeOfBulge() const { return area() * meanBulge(corners, normals); }
-};
-
 /// Measures moved meshes.
 class Measurements {
 public:
@@ -131,7 +110,7 @@ public:
     if (isClosed_)
       volumes_.push_back(sum([&](const Triangle& t) {
         const MovedTriangle moved(mesh_, distances, t);
-        return moved.volume() + (isFitted_ ? 0 : moved.volumeOfBulge());
+        return moved.volume() + (isFitted_ ? 0 : moved.area() * moved.meanBulge());
       }));
     Eigen::AlignedBox3d box;
     for (std::size_t v = 0; v < mesh_.vertices.size(); ++v)

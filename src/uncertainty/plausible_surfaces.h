@@ -9,6 +9,8 @@
 #include <pcl/surface/mrf/report.h>
 #include <pcl/surface/mrf/triangle_mesh.h>
 
+#include <Eigen/Geometry>
+
 #include <algorithm>
 #include <array>
 #include <cstdint>
@@ -22,17 +24,36 @@ inline int numberOfDraws(const UncertaintyOptions& options)
   return std::max(options.samples, options.surfaces);
 }
 
-/// Mean height over a triangle of the paraboloid through its corners that is perpendicular to the normals there. The
-/// middle of an edge is as high as the arc whose ends have these normals; an edge stands for a third of the area.
-inline double meanBulge(const std::array<Eigen::Vector3d, 3>& corners, const std::array<Eigen::Vector3d, 3>& normals)
-{
-  double heights = 0;
-  for (std::size_t c = 0; c < 3; ++c) {
-    const std::size_t next = (c + 1) % 3;
-    heights += (corners[next] - corners[c]).dot(normals[next] - normals[c]) / 8;
+/// A triangle of a moved mesh, and its normals.
+struct MovedTriangle {
+  std::array<Eigen::Vector3d, 3> corners, normals;
+
+  /// \param distances of all vertices along their normals
+  MovedTriangle(const TriangleMesh& mesh, const std::vector<float>& distances, const Triangle& triangle)
+  {
+    for (std::size_t c = 0; c < 3; ++c) {
+      const std::size_t v = triangle[c];
+      normals[c] = mesh.normals[v].cast<double>();
+      corners[c] = mesh.vertices[v].cast<double>() + static_cast<double>(distances[v]) * normals[c];
+    }
   }
-  return heights / 3;
-}
+
+  double area() const { return (corners[1] - corners[0]).cross(corners[2] - corners[0]).norm() / 2; }
+
+  double volume() const { return corners[0].dot(corners[1].cross(corners[2])) / 6; }
+
+  /// Mean height over the triangle of the paraboloid through its corners that is perpendicular to the normals there.
+  /// The middle of an edge is as high as the arc whose ends have these normals; an edge stands for a third of the area.
+  double meanBulge() const
+  {
+    double heights = 0;
+    for (std::size_t c = 0; c < 3; ++c) {
+      const std::size_t next = (c + 1) % 3;
+      heights += (corners[next] - corners[c]).dot(normals[next] - normals[c]) / 8;
+    }
+    return heights / 3;
+  }
+};
 
 /// Half of the width of a 95 % interval, in standard deviations, by Student's t: 1.96 for many degrees of freedom.
 double studentHalfWidth(double freedom);

@@ -268,21 +268,13 @@ private:
 /// The mean height of the curved surface above its triangles amid data.
 double meanBulgeAmidData(const TriangleMesh& mesh)
 {
+  const std::vector<float> unmoved(mesh.vertices.size(), 0);
   double sum = 0, count = 0;
-  for (const Triangle& triangle : mesh.triangles) {
-    std::array<Eigen::Vector3d, 3> corners, normals;
-    bool isMeasured = true;
-    for (std::size_t c = 0; c < 3; ++c) {
-      const std::size_t v = triangle[c];
-      corners[c] = mesh.vertices[v].cast<double>();
-      normals[c] = mesh.normals[v].cast<double>();
-      isMeasured = isMeasured && mesh.confidences[v] > 0;
-    }
-    if (isMeasured) {
-      sum += meanBulge(corners, normals);
+  for (const Triangle& triangle : mesh.triangles)
+    if (std::all_of(triangle.begin(), triangle.end(), [&](std::int32_t v) { return mesh.confidences[v] > 0; })) {
+      sum += MovedTriangle(mesh, unmoved, triangle).meanBulge();
       ++count;
     }
-  }
   return count > 0 ? sum / count : 0;
 }
 
