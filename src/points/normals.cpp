@@ -39,26 +39,17 @@ constexpr std::int64_t normalGrain = 1024;
 constexpr double maxThirdEigenvalue = .1f;
 
 /// Writes planes into the estimates.
-class Estimates {
-public:
-  Estimates(NormalEstimates& estimates, std::size_t count, const NormalOptions& options, float spacing)
-      : estimates_(estimates), options_(options), spacing_(spacing)
-  {
-    estimates_.normals.assign(count, Eigen::Vector3f::Zero());
-    estimates_.isNoise.assign(count, 0);
-  }
+struct Estimates {
+  const NormalOptions& options;
+  float spacing;
+  NormalEstimates result;
 
   void set(std::size_t i, const Plane& plane)
   {
-    estimates_.normals[i] = plane.normal.cast<float>();
-    if (options_.noiseCriteria)
-      estimates_.isNoise[i] = plane.thirdShare > maxThirdEigenvalue || plane.distance > spacing_ ? 1 : 0;
+    result.normals[i] = plane.normal.cast<float>();
+    if (options.noiseCriteria)
+      result.isNoise[i] = plane.thirdShare > maxThirdEigenvalue || plane.distance > spacing ? 1 : 0;
   }
-
-private:
-  NormalEstimates& estimates_;
-  const NormalOptions& options_;
-  float spacing_;
 };
 
 /// Number of neighbors that were found: those with a finite distance come first.
@@ -83,8 +74,8 @@ double distanceFromMean(const PointArrays& points, const NeighborSearch& search,
 constexpr std::size_t pointsPerPoll = 1 << 15;
 
 /// Fits planes to the neighbors within one radius for all points, as in the paper, by pcl::NormalEstimationOMP.
-void fitWithin(const PointArrays& points, const NeighborSearch& search, float radius, const NormalOptions& options,
-               Estimates& estimates, Execution& execution)
+void fitWithin(const PointArrays& points, const NeighborSearch& search, float radius, Estimates& estimates,
+               Execution& execution)
 {
   NormalEstimationOMP<PointXYZ, Normal> estimation(static_cast<unsigned int>(execution.threads()));
   const auto lent = std::make_shared<SearchForPcl>(search);
@@ -107,9 +98,9 @@ void fitWithin(const PointArrays& points, const NeighborSearch& search, float ra
         if (isFinite(normals[n])) {
           plane.normal = normals[n].getNormalVector3fMap().cast<double>();
           plane.thirdShare = normals[n].curvature;
-          if (options.noiseCriteria) // PCL does not return the plane's distance from the origin
+          if (estimates.options.noiseCriteria) // PCL does not return the plane's distance from the origin
             plane.distance = distanceFromMean(points, search, i, radius, plane.normal, found);
-        } else if (!options.noiseCriteria) {
+        } else if (!estimates.options.noiseCriteria) {
           const auto number = static_cast<std::size_t>(search.nearest(position, minNeighbors, found));
           plane = fitPlane(points.positions, found.indices.data(), number, position);
         }
@@ -235,18 +226,19 @@ NormalEstimates estimateNormals(const PointArrays& points, const NeighborSearch&
                                 const std::vector<std::uint32_t>& asked)
 {
   validate(options);
-  NormalEstimates result;
-  Estimates estimates(result, points.size(), options, spacing);
+  Estimates estimates{options, spacing, {}};
+  estimates.result.normals.assign(points.size(), Eigen::Vector3f::Zero());
+  estimates.result.isNoise.assign(points.size(), 0);
   const float radius = resolvedRadius(options, spacing);
   if (radius > 0) {
-    fitWithin(points, search, radius, options, estimates, execution);
-    return result;
+    fitWithin(points, search, radius, estimates, execution);
+    return std::move(estimates.result);
   }
   std::vector<Growing> growing;
   fitNearest(points, search, noise, estimates, asked, growing, execution);
   execution.poll();
   grow(points, search, noise, growing, estimates, execution);
-  return result;
+  return std::move(estimates.result);
 }
 
 } // namespace pcl::mrf

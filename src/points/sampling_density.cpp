@@ -26,13 +26,6 @@ std::vector<Eigen::Vector3f> distinct(std::vector<Eigen::Vector3f> positions)
   return positions;
 }
 
-void requireTwo(std::size_t count)
-{
-  if (count < 2)
-    throw InvalidInput("the points have " + std::to_string(count) +
-                       " distinct positions, a sampling density needs at least 2");
-}
-
 } // namespace
 
 NeighborDistances measureNeighbors(const PointSet& points, const NeighborSearch& search, Execution& execution)
@@ -96,13 +89,14 @@ std::vector<float> localSpacings(const PointSet& points, const NeighborDistances
 SamplingDensity estimateSamplingDensity(const PointSet& points, const NeighborDistances& distances,
                                         Execution& execution, LengthUnit unit)
 {
-  requireTwo(points.size());
+  if (points.size() < 2)
+    throw InvalidInput("the points have " + std::to_string(points.size()) +
+                       " distinct positions, a sampling density needs at least 2");
   if (distances.hasCoincident) {
     // Duplicates are rare, because gathering drops them. Searching the distinct positions is simpler than looking past
     // duplicates, and stays cheap however many there are.
     PointSet once;
     once.positions = distinct(points.positions);
-    requireTwo(once.size());
     const std::unique_ptr<NeighborSearch> search = makePointBins();
     search->setPoints(once.positions, execution);
     return estimateSamplingDensity(once, measureNeighbors(once, *search, execution), execution, unit);
