@@ -161,8 +161,7 @@ public:
     std::vector<Region> fillings(group(kept, regionOf));
     for (const std::int32_t t : kept)
       fillings[regionOf[t]].area += area(t);
-    measureReach(
-        regionOf, [](const Region&) { return true; }, fillings);
+    measureReach(regionOf, false, fillings);
     result.holesFilled = static_cast<std::int64_t>(fillings.size());
     for (const Region& filling : fillings) {
       result.areaFilled += filling.area;
@@ -194,13 +193,12 @@ private:
     return groupTriangles(mesh_, isMember, execution_, groupOf, isTorn);
   }
 
-  /// Measures the reach of the regions for which `needs` holds.
-  template <typename Needs>
-  void measureReach(const std::vector<std::int32_t>& regionOf, const Needs& needs, std::vector<Region>& regions)
+  /// Measures the reach of all regions, or of the bounded ones.
+  void measureReach(const std::vector<std::int32_t>& regionOf, bool onlyBounded, std::vector<Region>& regions)
   {
     const auto forCorners = [&](const auto& body) {
       for (const std::int32_t t : unsupported_)
-        if (regionOf[t] >= 0 && needs(regions[regionOf[t]]))
+        if (regionOf[t] >= 0 && (!onlyBounded || regions[regionOf[t]].isBounded()))
           for (const std::int32_t v : mesh_.triangles[t])
             body(v, regions[regionOf[t]]);
     };
@@ -250,8 +248,7 @@ private:
         }
       }
     }
-    measureReach(
-        regionOf_, [](const Region& region) { return region.isBounded(); }, regions_);
+    measureReach(regionOf_, true, regions_);
   }
 
   /// Finds the bounded regions that outgrow their rims.
@@ -456,14 +453,9 @@ bool isOnePiece(const MeshStatistics& statistics)
   return statistics.components == 1 && statistics.nonManifoldVertices == 0 && statistics.unusedVertices == 0;
 }
 
-/// True if all triangles are kept and use all vertices.
-bool isAllUsed(const TriangleMesh& mesh, const std::vector<std::uint8_t>& keep)
+bool areAllSet(const std::vector<std::uint8_t>& flags)
 {
-  const auto isSet = [](std::uint8_t flag) { return flag != 0; };
-  if (!std::all_of(keep.begin(), keep.end(), isSet))
-    return false;
-  const std::vector<std::uint8_t> isUsed = flagCorners(mesh, keep);
-  return std::all_of(isUsed.begin(), isUsed.end(), isSet);
+  return std::find(flags.begin(), flags.end(), std::uint8_t{0}) == flags.end();
 }
 
 } // namespace
@@ -491,8 +483,7 @@ TrimResult trim(TriangleMesh mesh, const OrientedPoints& points, const NeighborS
     throw std::invalid_argument("trim: needs one confidence per vertex");
 
   const std::vector<std::uint8_t> supported = findSupported(mesh, execution);
-  const auto isSet = [](std::uint8_t flag) { return flag != 0; };
-  if (std::all_of(supported.begin(), supported.end(), isSet)) {
+  if (areAllSet(supported)) {
     result.statistics = measure(mesh, execution);
     if (isOnePiece(*result.statistics)) { // as most large ones are: the rest would take memory and find nothing
       result.mesh = std::move(mesh);
@@ -506,7 +497,7 @@ TrimResult trim(TriangleMesh mesh, const OrientedPoints& points, const NeighborS
     keep = holes.keepFillings({resolvedMaxHole(options, diagonal), resolvedMaxGap(options, diagonal), !isAutomatic});
   }
   bool isTorn = false;
-  const bool keepsAll = std::all_of(keep.begin(), keep.end(), isSet);
+  const bool keepsAll = areAllSet(keep);
   if (keepsAll && !result.statistics)
     result.statistics = measure(mesh, execution);
   if (!keepsAll || !isOnePiece(*result.statistics))
@@ -518,7 +509,8 @@ TrimResult trim(TriangleMesh mesh, const OrientedPoints& points, const NeighborS
     if (!keep[t] && hasValidIndices(mesh, t))
       result.areaDropped += areaOf(mesh, mesh.triangles[t]);
   holes.describe(keep, result);
-  result.mesh = result.statistics || isAllUsed(mesh, keep) ? std::move(mesh) : select(mesh, keep);
+  result.mesh = result.statistics || (areAllSet(keep) && areAllSet(flagCorners(mesh, keep))) ? std::move(mesh)
+                                                                                             : select(mesh, keep);
   if (isTorn)
     splitFans(result.mesh);
   return result;
