@@ -46,14 +46,6 @@ std::vector<double> errorsOf(const PointSet& points, const NormalEstimates& esti
   return errors;
 }
 
-PointSet line(int number)
-{
-  PointSet points;
-  for (int n = 0; n < number; ++n)
-    clouds::append(points, Eigen::Vector3f(1, 2, 3) * (.1f * static_cast<float>(n)), Eigen::Vector3f::UnitZ());
-  return points;
-}
-
 } // namespace
 
 TEST(Normals, OfASphereConvergeWithTheSpacing)
@@ -180,8 +172,10 @@ TEST(Normals, NoiseWidensTheNeighborhoods)
 TEST(Normals, LinesAndSinglePositionsHaveNone)
 {
   for (const int number : {2, 3, 5, 50}) {
-    const NormalEstimates estimates = normalsOf(line(number));
-    for (const Eigen::Vector3f& normal : estimates.normals)
+    PointSet line;
+    for (int n = 0; n < number; ++n)
+      clouds::append(line, Eigen::Vector3f(1, 2, 3) * (.1f * static_cast<float>(n)), Eigen::Vector3f::UnitZ());
+    for (const Eigen::Vector3f& normal : normalsOf(line).normals)
       EXPECT_TRUE(normal.isZero()) << number << " points on a line: " << normal.transpose();
   }
   PointSet same;

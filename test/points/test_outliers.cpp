@@ -26,14 +26,6 @@ OutlierResult outliersOf(const PointSet& points, const OutlierOptions& options =
   return findOutliers(points, measureNeighbors(points, *search, execution), *search, options, execution);
 }
 
-OutlierOptions statisticalOnly()
-{
-  OutlierOptions options;
-  options.alone = false;
-  options.statistical = true;
-  return options;
-}
-
 PointSet withoutNormals(PointSet points)
 {
   points.normals.clear();
@@ -153,14 +145,15 @@ TEST(Outliers, StatisticalIsPclsAndCriteriaAddUp)
   pcl::Indices kept;
   filter.filter(kept);
 
-  const OutlierResult statistical = outliersOf(points, statisticalOnly());
+  OutlierOptions both, onlyStatistical;
+  both.statistical = onlyStatistical.statistical = true;
+  onlyStatistical.alone = false;
+  const OutlierResult statistical = outliersOf(points, onlyStatistical);
   EXPECT_EQ(statistical.droppedByStatistics, static_cast<std::int64_t>(points.size() - kept.size()));
   EXPECT_GE(statistical.droppedByStatistics, 20);
   for (const int i : kept)
     EXPECT_TRUE(statistical.keep[static_cast<std::size_t>(i)]) << i;
 
-  OutlierOptions both;
-  both.statistical = true;
   const OutlierResult alone = outliersOf(points), result = outliersOf(points, both);
   EXPECT_EQ(result.droppedAlone, alone.droppedAlone);
   EXPECT_EQ(result.droppedAlone + result.droppedByStatistics,

@@ -27,6 +27,15 @@ TriangleMesh below(float height, const DistanceField& field)
   return meshes::selectWhere(polygonize(field, execution), [=](const Vector3f& p) { return p.z() < height; });
 }
 
+/// The values of a field at its voxels, times a factor.
+std::vector<float> distancesOf(const DistanceField& field, float factor)
+{
+  std::vector<float> distances;
+  shapes::forVoxels(field.lattice().size,
+                    [&](int x, int y, int z) { distances.push_back(factor * field.distance(x, y, z)); });
+  return distances;
+}
+
 struct Closed {
   TriangleMesh mesh;
   MeshStatistics statistics;
@@ -105,12 +114,7 @@ TEST(Watertight, WhatIsGivenStaysAsItIs)
 TEST(Watertight, OfAHollowTheHollowIsOutside)
 {
   const DistanceField ball = shapes::field(shapes::sphere(1), halfSide, voxels);
-  std::vector<float> distances;
-  for (std::int64_t n = 0; n < ball.lattice().size.count(); ++n) {
-    const Eigen::Array3i at = ball.lattice().size.voxel(n);
-    distances.push_back(-ball.distance(at.x(), at.y(), at.z()));
-  }
-  const DistanceField hollow(ball.lattice(), distances, {});
+  const DistanceField hollow(ball.lattice(), distancesOf(ball, -1), {});
   const Closed closed = close(below(.7f, hollow), hollow);
   EXPECT_EQ(closed.statistics.components, 1);
   EXPECT_NEAR(closed.statistics.volume, -volumeBelow(.7), M_PI * (1 - .7 * .7) * voxelSize);
@@ -132,12 +136,7 @@ TEST(Watertight, PiecesAreClosedEachByItself)
   const DistanceField ball = shapes::field(shapes::sphere(1), halfSide, voxels);
   Lattice elsewhere = ball.lattice();
   elsewhere.origin.x() += 20;
-  std::vector<float> distances;
-  for (std::int64_t n = 0; n < elsewhere.size.count(); ++n) {
-    const Eigen::Array3i at = elsewhere.size.voxel(n);
-    distances.push_back(ball.distance(at.x(), at.y(), at.z()));
-  }
-  const DistanceField both = DistanceField::ofPieces({ball, DistanceField(elsewhere, distances, {})});
+  const DistanceField both = DistanceField::ofPieces({ball, DistanceField(elsewhere, distancesOf(ball, 1), {})});
   const Closed closed = close(below(0, both), both);
   EXPECT_EQ(closed.statistics.components, 2);
   EXPECT_NEAR(closed.statistics.volume, 2 * volumeBelow(0), 2 * M_PI * voxelSize);
