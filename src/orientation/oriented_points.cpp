@@ -90,16 +90,6 @@ std::vector<float> knownByRange(const NoiseLaw& law, const OrientedPoints& point
   return deviationsByLaw(law, points, execution);
 }
 
-/// Median |cosine| between two sets of normals, at the points `asked`.
-float medianCosine(const std::vector<Eigen::Vector3f>& normals, const std::vector<Eigen::Vector3f>& others,
-                   const std::vector<std::uint32_t>& asked)
-{
-  std::vector<float> cosines;
-  for (const std::uint32_t i : asked)
-    cosines.push_back(std::abs(normals[i].dot(others[i])));
-  return quantile(std::move(cosines), .5);
-}
-
 void warnOfScatter(float cosine, Report& report)
 {
   std::ostringstream text;
@@ -173,10 +163,14 @@ void fitNormalsToNoise(OrientedPoints& points, const Options& options, NeighborS
     return;
   constexpr std::size_t few = 2048;
   const std::vector<std::uint32_t> asked = spreadIndices(points.size(), few);
-  const auto fitsOf = [&](const std::vector<std::uint32_t>& some) {
-    return estimateNormals(points, search, report.density.spacing, options.normals, execution, 0, some).normals;
+  const auto fitsOf = [&](const std::vector<std::uint32_t>& places) {
+    return estimateNormals(points, search, report.density.spacing, options.normals, execution, 0, places).normals;
   };
-  const float cosine = medianCosine(points.normals, fitsOf(asked), asked);
+  const std::vector<Eigen::Vector3f> some = fitsOf(asked);
+  std::vector<float> cosines;
+  for (const std::uint32_t i : asked)
+    cosines.push_back(std::abs(points.normals[i].dot(some[i])));
+  const float cosine = quantile(std::move(cosines), .5);
   if (cosine > alike)
     return;
   const std::vector<Eigen::Vector3f> fits = fitsOf({});

@@ -27,13 +27,6 @@ namespace {
 /// areas, the fourth powers of lengths, leave the range of single precision.
 constexpr double shortestSpacing = 1e-8, longestDiagonal = 1e9;
 
-/// Diagonal of the box around the points, in double precision because its square may not fit a float.
-double diagonalOf(const PointSet& points)
-{
-  const BoundingBox box = boundingBox(points.positions);
-  return (box.upper.cast<double>() - box.lower.cast<double>()).norm();
-}
-
 /// \throw InvalidInput if the length is outside of that range; the message has a factor that brings it to about 1
 void requireRange(const char* what, double length)
 {
@@ -240,7 +233,9 @@ PreparedPoints preprocess(PointSet points, const Options& options, NeighborSearc
 {
   requirePoints(points, report);
   warnOfZeroNormals(points, options, report);
-  requireRange("diagonal", diagonalOf(points));
+  const BoundingBox box = boundingBox(points.positions);
+  requireRange("diagonal",
+               (box.upper.cast<double>() - box.lower.cast<double>()).norm()); // the square may not fit a float
   removeOutliers(points, options, search, report, execution);
   PreparedPoints prepared;
   prepared.normals = findNormals(points, options, search, report, execution);
