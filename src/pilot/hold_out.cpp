@@ -411,8 +411,7 @@ private:
     std::vector<Cube>& made = cubes_[trial];
     while (made.size() < used)
       made.emplace_back(points_, search_, centers_[made.size()], trial, core_);
-    // Max change of a solver step near the zero level, voxels; the error left is about twice as much. With half of it
-    // under noise, 46 of 48 clouds choose the same voxels and weights, and lengths within 3 %, in a tenth more time.
+    // Max change of a solver step near the zero level, voxels; the error left is about twice as much.
     const double tolerance = std::max(3e-3, .04 * noise / trial.voxelSize);
     const PointWeights weights = pointWeights(prior_, smoothing, spacing_, trial.voxelSize, trial.gradientWeight);
     forEach(execution_, used, 1,

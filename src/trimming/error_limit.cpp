@@ -21,11 +21,9 @@ std::vector<std::uint8_t> flagsWithin(const TriangleMesh& mesh, float maxSigma)
       for (const std::int32_t v : corners)
         isInner[v] = 0;
   }
-  for (std::size_t t = 0; t < keep.size(); ++t) {
-    const Triangle& corners = mesh.triangles[t];
-    keep[t] =
-        keep[t] != 0 && std::any_of(corners.begin(), corners.end(), [&](std::int32_t v) { return isInner[v] != 0; });
-  }
+  for (std::size_t t = 0; t < keep.size(); ++t)
+    if (const Triangle& c = mesh.triangles[t]; keep[t] != 0)
+      keep[t] = isInner[c[0]] != 0 || isInner[c[1]] != 0 || isInner[c[2]] != 0;
   return keep;
 }
 
