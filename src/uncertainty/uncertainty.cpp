@@ -6,7 +6,6 @@
 #include "uncertainty/uncertainty_evidence.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstddef>
 #include <limits>
