@@ -3,6 +3,8 @@
 
 #include "base/loops.h"
 
+#include <pcl/surface/mrf/point_set.h>
+
 #include <algorithm>
 #include <array>
 
@@ -14,19 +16,11 @@ using Eigen::Vector3f;
 /// Cosine of 30°: max angle between a normal and its cell's mean, and between that and the mean of the cells around it.
 constexpr float minCosine = .8660254f;
 
-Eigen::Vector3d lowerCorner(const std::vector<Vector3f>& positions)
-{
-  Vector3f lower = positions.empty() ? Vector3f::Zero() : positions.front();
-  for (const Vector3f& p : positions)
-    lower = lower.cwiseMin(p);
-  return lower.cast<double>();
-}
-
 } // namespace
 
 CrowdedSpace::CrowdedSpace(const std::vector<Vector3f>& positions, const std::vector<Vector3f>& normals, float side,
                            Execution& execution)
-    : hash_(lowerCorner(positions), side)
+    : hash_(boundingBox(positions).lower.cast<double>(), side)
 {
   std::vector<std::uint32_t> cellOf(positions.size());
   Poller poll(execution);

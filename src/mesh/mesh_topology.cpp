@@ -10,11 +10,6 @@
 #include <utility>
 
 namespace pcl::mrf {
-namespace {
-
-constexpr std::int64_t triangleGrain = 16384;
-
-} // namespace
 
 VertexCorners groupCorners(const TriangleMesh& mesh, const std::vector<std::uint8_t>& isMember, std::size_t first,
                            std::size_t count)
@@ -143,7 +138,7 @@ std::int32_t numberComponents(const TriangleMesh& mesh, const std::vector<std::u
                               std::vector<std::int32_t>& componentOfTriangle)
 {
   componentOfTriangle.assign(mesh.triangles.size(), -1);
-  forEach(execution, mesh.triangles.size(), triangleGrain, [&](std::size_t t) {
+  forTriangles(mesh, execution, [&](std::size_t t) {
     if ((isMember.empty() || isMember[t]) && hasValidIndices(mesh, t))
       componentOfTriangle[t] = static_cast<std::int32_t>(triangles.find(static_cast<std::uint32_t>(t)));
   });

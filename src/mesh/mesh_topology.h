@@ -54,7 +54,7 @@ template <typename Body>
 void forTriangles(const TriangleMesh& mesh, Execution& execution, const Body& body)
 {
   constexpr std::int64_t grain = 16384;
-  forEach(execution, mesh.triangles.size(), grain, [&](std::size_t t) { body(t); });
+  forEach(execution, mesh.triangles.size(), grain, body);
 }
 
 /// The corners at each vertex of a range: corner 3 t + i is the i-th of triangle t.
