@@ -52,11 +52,4 @@ MRF_MULTIVERSION(void, scaleAndAdd, (std::int64_t count, double a, const double*
   scaleAndAddBody(count, a, x, y);
 }
 
-MRF_MULTIVERSION(void, addScaled, (std::int64_t count, double a, const double* x, double* __restrict y),
-                 (count, a, x, y))
-{
-  for (std::int64_t i = 0; i < count; ++i)
-    y[i] += a * x[i];
-}
-
 } // namespace pcl::mrf::kernels

@@ -18,8 +18,6 @@ double dot(std::int64_t count, const double* x, const double* y);
 /// y = x + a y
 void scaleAndAdd(std::int64_t count, float a, const float* x, float* y);
 void scaleAndAdd(std::int64_t count, double a, const double* x, double* y);
-/// y += a x
-void addScaled(std::int64_t count, double a, const double* x, double* y);
 } // namespace kernels
 
 /// xᵀy in double precision; the same for any number of threads.
@@ -37,14 +35,6 @@ void scaleAndAdd(typename Vector::value_type a, const Vector& x, Vector& y, Exec
 {
   execution.forRange(x.size(), sumGrain, [&](std::int64_t begin, std::int64_t end) {
     kernels::scaleAndAdd(end - begin, a, x.data() + begin, y.data() + begin);
-  });
-}
-
-/// y += a x
-inline void addScaled(double a, const std::vector<double>& x, std::vector<double>& y, Execution& execution)
-{
-  execution.forRange(x.size(), sumGrain, [&](std::int64_t begin, std::int64_t end) {
-    kernels::addScaled(end - begin, a, x.data() + begin, y.data() + begin);
   });
 }
 

@@ -92,7 +92,7 @@ public:
   ~CombinedPlanes()
   {
     for (int n = 0; n < used_; ++n)
-      kernels::clear(band_.plane(planes_[n]), window_);
+      kernels::fill(band_.plane(planes_[n]), 0, window_);
   }
   CombinedPlanes(const CombinedPlanes&) = delete;
   CombinedPlanes& operator=(const CombinedPlanes&) = delete;
@@ -126,25 +126,26 @@ Refinement::Refinement(const Lattice& coarse, const Lattice& fine)
   children = (fine.size.x > 1 ? 2 : 1) * (fine.size.y > 1 ? 2 : 1) * (fine.size.z > 1 ? 2 : 1);
 }
 
-void CubicInterpolation::evaluatePlane(const VoxelSet& fine, int z, float* out, TransferScratch& scratch) const
+void interpolatePlane(const PackedField& coarse, const Refinement& refinement, const VoxelSet& fine, int z, float* out,
+                      TransferScratch& scratch)
 {
   if (fine.planeCount(z) == 0)
     return;
-  CombinedPlanes planes(coarse_, scratch.window);
-  const int parentZ = refinement_.parent(z, 2), sideZ = refinement_.isSecond(z, 2) ? 1 : -1;
+  CombinedPlanes planes(coarse, scratch.window);
+  const int parentZ = refinement.parent(z, 2), sideZ = refinement.isSecond(z, 2) ? 1 : -1;
   for (int tap = 0; tap < 4; ++tap)
     planes.add(parentZ + sideZ * (tap - 1), cubicWeights[tap]);
-  prepare(scratch.rows, coarse_.voxels.size().x + 16);
+  prepare(scratch.rows, coarse.voxels.size().x + 16);
   for (int y = 0; y < fine.size().y; ++y) {
-    const int parentY = refinement_.parent(y, 1), sideY = refinement_.isSecond(y, 1) ? 1 : -1;
+    const int parentY = refinement.parent(y, 1), sideY = refinement.isSecond(y, 1) ? 1 : -1;
     for (const Run& run : fine.row(y, z)) {
       const int x = fine.xOf(run, y);
-      const int begin = refinement_.parent(x, 0) - 2, end = refinement_.parent(x + run.count - 1, 0) + 3;
+      const int begin = refinement.parent(x, 0) - 2, end = refinement.parent(x + run.count - 1, 0) + 3;
       const auto row = [&](int tap) {
         return WeightedRow{planes.row(begin, parentY + sideY * (tap - 1)), cubicWeights[tap]};
       };
       combineFour(end - begin, row(0), row(1), row(2), row(3), scratch.rows.data());
-      cubicRow(run.count, refinement_.isSecond(x, 0), scratch.rows.data() + 2, out + run.first);
+      cubicRow(run.count, refinement.isSecond(x, 0), scratch.rows.data() + 2, out + run.first);
     }
   }
 }

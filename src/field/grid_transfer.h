@@ -42,20 +42,10 @@ struct PackedField {
   const float* values;
 };
 
-/// interpolateCubic from band to band. Values that the coarse band does not have count as zero: the caller makes sure
-/// that none of them is needed.
-class CubicInterpolation {
-public:
-  CubicInterpolation(const PackedField& coarse, const Refinement& refinement) : coarse_(coarse), refinement_(refinement)
-  {}
-
-  /// \param out packed values of the plane of `fine`
-  void evaluatePlane(const VoxelSet& fine, int z, float* out, TransferScratch& scratch) const;
-
-private:
-  PackedField coarse_;
-  Refinement refinement_;
-};
+/// interpolateCubic from band to band, on plane z of the fine band. Values that the coarse band does not have count as
+/// zero: the caller makes sure that none of them is needed. \param out packed values of the plane
+void interpolatePlane(const PackedField& coarse, const Refinement& refinement, const VoxelSet& fine, int z, float* out,
+                      TransferScratch& scratch);
 
 /// window += P coarse on plane z of the fine band: interpolation with (¾, ¼).
 void addProlonged(const PackedField& coarse, const Refinement& refinement, const VoxelSet& fine, int z, float* window,

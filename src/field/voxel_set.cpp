@@ -360,7 +360,7 @@ PackedValues degrees(const VoxelSet& band, Execution& execution)
     const auto window = [&](int z) { return windows.data() + (z + 3) % 3 * band.windowCount(); };
     for (int z = first - 1; z <= last; ++z) {
       if (z - 3 >= first - 1)
-        kernels::clear(band.plane(z - 3), window(z - 3));
+        kernels::fill(band.plane(z - 3), 0, window(z - 3));
       kernels::fill(band.plane(z), 1, window(z));
       if (z > first)
         kernels::sumNeighbors(band.plane(z - 1), {band.windowStride(), window(z - 2), window(z - 1), window(z)},
@@ -465,11 +465,6 @@ MRF_ALWAYS_INLINE void advance(const ChebyshevStep& step, float* __restrict z, f
 }
 
 } // namespace
-
-MRF_MULTIVERSION(void, clear, (Runs runs, float* window), (runs, window))
-{
-  forEachVoxel(runs, [=](std::int64_t i, std::int64_t) { window[i] = 0; });
-}
 
 MRF_MULTIVERSION(void, fill, (Runs runs, float value, float* window), (runs, value, window))
 {

@@ -297,7 +297,6 @@ struct ChebyshevStep {
   float *z, *x;
 };
 
-void clear(Runs runs, float* window);
 void fill(Runs runs, float value, float* window);
 void load(Runs runs, const float* packed, float* window);
 void store(Runs runs, const float* window, float* packed);

@@ -201,21 +201,6 @@ VoxelSet childrenOf(const VoxelSet& coarse, const Refinement& refinement, const 
 /// Voxels this close to the border of the bands' grid are never unknowns: their stencils would leave it.
 constexpr int rim = 3;
 
-/// Sets the unknowns of a field to solved(index among them, index in the support), but changes none by more than
-/// farthestMove. \param guess their values before
-template <typename Solved>
-void setUnknowns(LevelField& field, const PackedValues& guess, const Solved& solved)
-{
-  const float most = farthestMove * static_cast<float>(field.lattice.spacing);
-  for (int z = 0; z < field.unknowns.size().z; ++z)
-    forEachPair(field.unknowns, field.support, z, [&](std::int64_t inner, std::int64_t outer, std::int64_t count) {
-      for (std::int64_t i = 0; i < count; ++i) {
-        const float former = guess[inner + i];
-        field.values[outer + i] = std::clamp(solved(inner + i, outer + i), former - most, former + most);
-      }
-    });
-}
-
 /// Where the interpolation of a coarser level changes sign, as far as that level's unknowns reach.
 VoxelSet predictedZeroLevel(const LevelField& coarse, const Lattice& lattice, Execution& execution)
 {
@@ -310,29 +295,25 @@ public:
   }
 
   /// Adds the change to the values around the unknowns. \param values those that the constructor was given
-  void addAround(PackedValues& values) const
+  void addAround(PackedValues& values)
   {
-    forRuns([&](int y, int z, const Run& run, std::int64_t first) {
-      const auto add = [&](std::int32_t from, std::int32_t to) {
-        for (std::int64_t at = first + from - run.at; at < first + to - run.at; ++at)
-          values[at] += change_[at];
-      };
-      std::int32_t done = run.at;
-      for (const Run& inner : unknowns_.row(y, z))
-        if (inner.at >= run.at && inner.at < run.at + run.count) {
-          add(done, inner.at);
-          done = inner.at + inner.count;
-        }
-      add(done, run.at + run.count);
+    forEach<int>(execution_, support_.size().z, grainPlanes, [&](int z) {
+      forEachPair(unknowns_, support_, z, [&](std::int64_t, std::int64_t own, std::int64_t count) {
+        std::fill_n(change_.begin() + own, count, 0.f);
+      });
+      for (std::int64_t at = support_.planeFirst(z); at < support_.planeFirst(z + 1); ++at)
+        values[at] += change_[at];
     });
   }
 
 private:
+  static constexpr std::int64_t grainPlanes = 4;
+
   /// Calls body(y, z, run, index of its first value) for all runs of the support.
   template <typename Body>
   void forRuns(const Body& body) const
   {
-    forEach<int>(execution_, support_.size().z, 4, [&](int z) {
+    forEach<int>(execution_, support_.size().z, grainPlanes, [&](int z) {
       support_.forRuns(z, [&](const Run& run, int, int y) { body(y, z, run, support_.planeFirst(z) + run.first); });
     });
   }
@@ -387,6 +368,24 @@ private:
   PackedValues change_;
   PackedFlags isKnown_;
 };
+
+/// Sets the unknowns of a field to solved(interpolated value, index among them, index in the support), but none farther
+/// than farthestMove from the interpolation of the coarser field, and continues the change to the support around them.
+/// \pre the support around the unknowns has the interpolation
+template <typename Solved>
+void changeField(LevelField& field, const LevelField& coarse, const Solved& solved, Execution& execution)
+{
+  const PackedValues guess = interpolated(coarse, field.lattice, field.unknowns, execution);
+  const float most = farthestMove * static_cast<float>(field.lattice.spacing);
+  for (int z = 0; z < field.unknowns.size().z; ++z)
+    forEachPair(field.unknowns, field.support, z, [&](std::int64_t inner, std::int64_t outer, std::int64_t count) {
+      for (std::int64_t i = 0; i < count; ++i) {
+        const float former = guess[inner + i];
+        field.values[outer + i] = std::clamp(solved(former, inner + i, outer + i), former - most, former + most);
+      }
+    });
+  ChangeOfField(field.unknowns, field.support, guess, field.values, execution).addAround(field.values);
+}
 
 } // namespace
 
@@ -512,12 +511,13 @@ std::shared_ptr<BandedDistances> leaveFarFrom(const VoxelSet& wanted, LevelField
 
 PackedValues interpolated(const LevelField& coarse, const Lattice& lattice, const VoxelSet& fine, Execution& execution)
 {
-  const CubicInterpolation cubic({coarse.support, coarse.values.data()}, Refinement(coarse.lattice, lattice));
+  const Refinement refinement(coarse.lattice, lattice);
   PackedValues values(fine.count());
   execution.forRange(fine.size().z, 16, [&](int begin, int end) {
     TransferScratch scratch;
     for (int z = begin; z < end; ++z)
-      cubic.evaluatePlane(fine, z, values.data() + fine.planeFirst(z), scratch);
+      interpolatePlane({coarse.support, coarse.values.data()}, refinement, fine, z, values.data() + fine.planeFirst(z),
+                       scratch);
   });
   return values;
 }
@@ -530,9 +530,8 @@ LevelField fieldOfChange(const LevelField& coarse, const Lattice& lattice, Voxel
   field.support = dilated(unknowns, reach, reach, execution);
   field.values = interpolated(coarse, lattice, field.support, execution);
   field.unknowns = std::move(unknowns);
-  const PackedValues guess = interpolated(coarse, lattice, field.unknowns, execution);
-  setUnknowns(field, guess, [&](std::int64_t inner, std::int64_t) { return guess[inner] + change[inner]; });
-  ChangeOfField(field.unknowns, field.support, guess, field.values, execution).addAround(field.values);
+  changeField(
+      field, coarse, [&](float former, std::int64_t inner, std::int64_t) { return former + change[inner]; }, execution);
   return field;
 }
 
@@ -599,9 +598,8 @@ LevelField solveNarrowBand(const BandLevel& own, const LevelField& coarse, const
     if (own.tile)
       return field;
     // The guess is computed again: kept while the level is solved, it would add to the peak of memory.
-    const PackedValues guess = interpolated(coarse, lattice, field.unknowns, execution);
-    setUnknowns(field, guess, [&](std::int64_t, std::int64_t outer) { return field.values[outer]; });
-    ChangeOfField(field.unknowns, field.support, guess, field.values, execution).addAround(field.values);
+    changeField(
+        field, coarse, [&](float, std::int64_t, std::int64_t outer) { return field.values[outer]; }, execution);
     if (round + 1 == maxBandRounds)
       break;
     const VoxelSet solved = zeroLevelAtData(field, 0, size.z, execution);

@@ -163,25 +163,20 @@ public:
     });
   }
 
-  void addRightHandSide(int z, float* y, float* yAbove) const override
+  void addRightHandSide(int z, const NormalDraws* draws, float* y, float* yAbove) const override
   {
     const SampleLayer layer = layerAt(z);
     layer.forEach([&](const PointSample& s, const EdgeWeights& edges, float u, std::int64_t at) {
-      const Eigen::Vector3f g = gradient_ * s.weight * unit_ * s.normal;
-      scatter(spread(edges, u, 0, g.x(), g.y(), g.z()), at, layer.stride, y, yAbove);
-    });
-  }
-
-  void addDraw(int z, const NormalDraws& draws, float* y, float* yAbove) const override
-  {
-    const SampleLayer layer = layerAt(z);
-    layer.forEach([&](const PointSample& s, const EdgeWeights& edges, float u, std::int64_t at) {
-      const auto index = static_cast<std::uint64_t>(2 * (&s - samples_.data()));
-      const std::array<float, 2> first = draws.pair(NormalDraws::Kind::samples, index),
-                                 second = draws.pair(NormalDraws::Kind::samples, index + 1);
-      const float value = std::sqrt(value_ * s.weight), gradient = std::sqrt(gradient_ * s.weight);
-      scatter(spread(edges, u, value * first[0], gradient * first[1], gradient * second[0], gradient * second[1]), at,
-              layer.stride, y, yAbove);
+      float value = 0;
+      Eigen::Vector3f gradient = gradient_ * s.weight * unit_ * s.normal;
+      if (draws) {
+        const auto index = static_cast<std::uint64_t>(2 * (&s - samples_.data()));
+        const std::array<float, 2> first = draws->pair(NormalDraws::Kind::samples, index),
+                                   second = draws->pair(NormalDraws::Kind::samples, index + 1);
+        value = std::sqrt(value_ * s.weight) * first[0];
+        gradient = std::sqrt(gradient_ * s.weight) * Eigen::Vector3f(first[1], second[0], second[1]);
+      }
+      scatter(spread(edges, u, value, gradient.x(), gradient.y(), gradient.z()), at, layer.stride, y, yAbove);
     });
   }
 
@@ -344,26 +339,16 @@ public:
     kernels::addToWindow(voxels_.plane(z), 1, weights_.data() + voxels_.planeFirst(z), y);
   }
 
-  void addRightHandSide(int z, float* y, float*) const override
+  void addRightHandSide(int z, const NormalDraws* draws, float* y, float*) const override
   {
-    if (targets_.empty())
-      return;
-    for (const Run& run : voxels_.plane(z)) {
-      const std::int64_t first = voxels_.planeFirst(z) + run.first;
-      for (std::int32_t i = 0; i < run.count; ++i)
-        y[run.at + i] += weights_[first + i] * targets_[first + i];
-    }
-  }
-
-  void addDraw(int z, const NormalDraws& draws, float* y, float*) const override
-  {
-    for (const Run& run : voxels_.plane(z)) {
-      const std::int64_t first = voxels_.planeFirst(z) + run.first;
-      for (std::int32_t i = 0; i < run.count; ++i)
-        if (const float weight = weights_[first + i]; weight > 0)
-          y[run.at + i] +=
-              std::sqrt(weight) * draws.pair(NormalDraws::Kind::samples, static_cast<std::uint64_t>(first + i))[0];
-    }
+    for (const Run& run : voxels_.plane(z))
+      for (std::int32_t i = 0; i < run.count; ++i) {
+        const auto at = static_cast<std::size_t>(voxels_.planeFirst(z) + run.first + i);
+        if (draws && weights_[at] > 0)
+          y[run.at + i] += std::sqrt(weights_[at]) * draws->pair(NormalDraws::Kind::samples, at)[0];
+        else if (!draws && !targets_.empty())
+          y[run.at + i] += weights_[at] * targets_[at];
+      }
   }
 
   bool isDiagonal() const override { return true; }

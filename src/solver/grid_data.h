@@ -23,11 +23,9 @@ public:
   /// Adds upper bounds of the sum of |C_ij| over each row, the share of layer z.
   virtual void addRowSums(int z, float* y, float* yAbove) const = 0;
 
-  /// Adds the share of layer z in b.
-  virtual void addRightHandSide(int z, float* y, float* yAbove) const = 0;
-
-  /// Adds the share of layer z in a draw from N(0, C): b of a field that is zero, observed with random errors.
-  virtual void addDraw(int z, const NormalDraws& draws, float* y, float* yAbove) const = 0;
+  /// Adds the share of layer z in b. \param draws null, or b is a draw from N(0, C): that of a field that is zero,
+  /// observed with random errors
+  virtual void addRightHandSide(int z, const NormalDraws* draws, float* y, float* yAbove) const = 0;
 
   /// True if C has no entry off its diagonal.
   virtual bool isDiagonal() const = 0;

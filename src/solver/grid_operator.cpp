@@ -87,7 +87,7 @@ float* WindowRing::enter(int z)
 {
   const std::size_t s = slot(z);
   if (held_[s] != noPlane)
-    kernels::clear(voxels_->plane(held_[s]), (*this)[held_[s]]);
+    kernels::fill(voxels_->plane(held_[s]), 0, (*this)[held_[s]]);
   held_[s] = z;
   return (*this)[z];
 }
@@ -106,15 +106,16 @@ void WindowRing::clear()
 {
   for (int& z : held_)
     if (z != noPlane) {
-      kernels::clear(voxels_->plane(z), (*this)[z]);
+      kernels::fill(voxels_->plane(z), 0, (*this)[z]);
       z = noPlane;
     }
 }
 
-void drawOfData(const SolverGrid& grid, const NormalDraws& draws, PackedValues& result, Execution& execution)
+void sumRightHandSide(const SolverGrid& grid, const NormalDraws* draws, PackedValues& b, Execution& execution)
 {
   sumLayers(
-      grid.voxels, [&](int z, float* y, float* yAbove) { grid.data->addDraw(z, draws, y, yAbove); }, result, execution);
+      grid.voxels, [&](int z, float* y, float* yAbove) { grid.data->addRightHandSide(z, draws, y, yAbove); }, b,
+      execution);
 }
 
 GridOperator::GridOperator(const SolverGrid& grid, const PriorConstants& prior, double tautness, Execution& execution)
@@ -132,12 +133,6 @@ GridOperator::GridOperator(const SolverGrid& grid, const PriorConstants& prior, 
     degrees_ = grid.isWhole ? degreesOfWhole(grid.voxels, execution) : degrees(grid.voxels, execution);
 }
 
-void GridOperator::rightHandSide(PackedValues& b, Execution& execution) const
-{
-  sumLayers(
-      voxels(), [this](int z, float* y, float* yAbove) { grid_.data->addRightHandSide(z, y, yAbove); }, b, execution);
-}
-
 void GridOperator::connect(const VoxelSet& coarse, Execution& execution)
 {
   if (!grid_.isWhole)
@@ -151,7 +146,7 @@ void GridOperator::connect(const VoxelSet& coarse, Execution& execution)
       addProlonged({coarse, ones.data()}, grid_.refinement, voxels(), z, window.data(), scratch);
       float* const shares = shares_.data() + voxels().planeFirst(z);
       kernels::store(voxels().plane(z), window.data(), shares);
-      kernels::clear(voxels().plane(z), window.data());
+      kernels::fill(voxels().plane(z), 0, window.data());
       std::transform(shares, shares + voxels().planeCount(z), shares, [](float sum) { return sum > 0 ? 1 / sum : 0; });
     }
   });

@@ -77,8 +77,8 @@ struct Sweep {
   bool isForCoarser = false;              ///< true if the product goes to restrictTo
 };
 
-/// Sets `result`, packed, to a draw from N(0, C), C that of a grid's data.
-void drawOfData(const SolverGrid& grid, const NormalDraws& draws, PackedValues& result, Execution& execution);
+/// Sets b, packed: \see GridData::addRightHandSide
+void sumRightHandSide(const SolverGrid& grid, const NormalDraws* draws, PackedValues& b, Execution& execution);
 
 /// A = P + C on a grid, P = L^k with the Laplacian L of the grid's own graph: missing neighbors are dropped.
 ///
@@ -96,8 +96,6 @@ public:
 
   const VoxelSet& voxels() const { return grid_.voxels; }
   bool isObserved(std::int64_t voxel) const { return inverseD_[voxel] < unobserved_; }
-
-  void rightHandSide(PackedValues& b, Execution& execution) const;
 
   /// Prepares the transfers from and to the next coarser grid.
   void connect(const VoxelSet& coarse, Execution& execution);

@@ -240,7 +240,7 @@ SolveReport solveOnGrids(const GridSystem& posed, const LevelPlan& plan, const S
     if (posed.rightHandSide)
       b = *posed.rightHandSide;
     else
-      system.rightHandSide(b, execution);
+      sumRightHandSide(grids.front(), nullptr, b, execution);
   };
   PackedValues r;
   setRightHandSide(r);

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "base/loops.h"
 #include "base/vector_kernels.h"
 #include "options/validation.h"
 #include "solver/cholesky.h"
@@ -39,8 +40,10 @@ SolveReport solveConjugateGradients(const LinearSystem& system, const SolverOpti
     if (!(curvature > 0))
       break; // nothing but rounding is left
     const double step = squared / curvature;
-    addScaled(step, p, d, execution);
-    addScaled(-step, product, r, execution);
+    forEach(execution, d.size(), sumGrain, [&](std::size_t i) {
+      d[i] += step * p[i];
+      r[i] -= step * product[i];
+    });
     const double next = dotProduct(r, r, execution);
     double beta = next / squared; // Fletcher–Reeves
     squared = next;

@@ -94,7 +94,7 @@ PackedValues drawOfTerms(const SolverGrid& grid, const GridSize& size, Prior pri
                          Execution& execution)
 {
   PackedValues eta;
-  drawOfData(grid, draws, eta, execution);
+  sumRightHandSide(grid, &draws, eta, execution);
   // Whole grids are packed in the order of their lattice.
   const std::vector<double> ofPrior = drawOfPrior(size, prior, draws, execution);
   forEach(execution, size.count(), drawGrain, [&](std::size_t v) { eta[v] += static_cast<float>(ofPrior[v]); });

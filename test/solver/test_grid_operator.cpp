@@ -176,7 +176,7 @@ TEST(GridOperator, isTheMatrixOfItsDefinition)
         EXPECT_EQ(matrix, matrixOf(system, 3));
 
         PackedValues b;
-        system.rightHandSide(b, serial);
+        sumRightHandSide(grid, nullptr, b, serial);
         for (Eigen::Index i = 0; i < data.rightHandSide.size(); ++i)
           ASSERT_NEAR(b[i], data.rightHandSide[i], 1e-5 * (1 + count));
         for (std::int64_t i = 0; i < grid.voxels.count(); ++i) // a ten-thousandth of the prior's does not count
