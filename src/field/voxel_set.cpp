@@ -4,6 +4,7 @@
 #include "base/disjoint_sets.h"
 #include "base/loops.h"
 #include "base/multiversioning.h"
+#include "base/text.h"
 
 #include <pcl/surface/mrf/exceptions.h>
 
@@ -11,7 +12,6 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
-#include <sstream>
 
 namespace pcl::mrf {
 namespace {
@@ -76,14 +76,10 @@ void requireCountable(const GridSize& size)
   const double window = static_cast<double>(windowStrideOf(size)) * (size.y + 2.),
                rows = static_cast<double>(size.y) * size.z;
   const double excess = std::max(window / std::numeric_limits<std::int32_t>::max(), rows / maxNumbers);
-  if (excess <= 1)
-    return;
-  std::ostringstream text;
-  text.precision(2);
-  text << "a grid of " << size.x << " x " << size.y << " x " << size.z
-       << " voxels has planes or rows that 32-bit numbers cannot count; choose voxels " << 1.01 * std::sqrt(excess)
-       << " times as large";
-  throw ResourceLimit(text.str());
+  if (excess > 1)
+    throw ResourceLimit(textOf(2, "a grid of ", size.x, " x ", size.y, " x ", size.z,
+                               " voxels has planes or rows that 32-bit numbers cannot count; choose voxels ",
+                               1.01 * std::sqrt(excess), " times as large"));
 }
 
 MaskPlane::MaskPlane(const MaskPlane& other) : MaskPlane(other.size_)

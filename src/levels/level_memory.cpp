@@ -2,20 +2,20 @@
 #include "levels/level_memory.h"
 
 #include "base/memory.h"
+#include "base/text.h"
 #include "field/prior.h"
-#include "levels/multiscale.h"
 #include "levels/tiled_band.h"
 #include "observation/point_observation.h"
 #include "solver/cholesky.h"
 #include "solver/grid_solver.h"
 
 #include <pcl/surface/mrf/exceptions.h>
-#include <pcl/surface/mrf/options.h>
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <sstream>
+#include <optional>
+#include <string>
 
 namespace pcl::mrf {
 namespace {
@@ -218,6 +218,11 @@ double tiledBytes(const GridSize& lattice, double side, const Workload& workload
   return std::max(finest, bandBytes(lattice.coarsened(), 2 * side, before, bands - 1, threads));
 }
 
+std::string gigabytes(double needed, double left)
+{
+  return textOf(3, needed / (1 << 30), " GiB beside the points, ", left / (1 << 30), " GiB are left");
+}
+
 /// Seconds of the factorization, in which the run cannot be cancelled; 0 if there is none.
 double predictedCholeskySeconds(const BoundingBox& box, double side, const Workload& workload,
                                 const MultiscaleOptions& options)
@@ -311,17 +316,11 @@ void checkResources(const BoundingBox& box, float voxelSize, const Workload& wor
   double fitting = voxelSize;
   while ((bytesFor(fitting) > limit || secondsFor(fitting) > maxCholeskySeconds) && fitting < box.diagonal())
     fitting *= 1.05;
-  std::ostringstream text;
-  text.precision(3);
-  text << "voxel size " << voxelSize << " would take ";
-  if (predicted > limit)
-    text << predicted / (1 << 30) << " GiB beside the points, " << limit / (1 << 30) << " GiB are left";
-  else
-    text << "cholesky some " << seconds << " s, in which the run could not be cancelled";
-  text << "; a voxel size of " << fitting << " would fit";
-  if (seconds > 0)
-    text << ", and so may another solver";
-  throw ResourceLimit(text.str());
+  const std::string excess = predicted > limit
+                                 ? gigabytes(predicted, limit)
+                                 : textOf(3, "cholesky some ", seconds, " s, in which the run could not be cancelled");
+  throw ResourceLimit(textOf(3, "voxel size ", voxelSize, " would take ", excess, "; a voxel size of ", fitting,
+                             " would fit", seconds > 0 ? ", and so may another solver" : ""));
 }
 
 void checkTime(const GridSize& finest, const Workload& workload)
@@ -331,12 +330,10 @@ void checkTime(const GridSize& finest, const Workload& workload)
       workload.solver.method == SolverMethod::cholesky ||
       voxels <= std::max(slowVoxels, slowVoxelsPerPoint * workload.points))
     return;
-  std::ostringstream text;
-  text.precision(3);
-  text << "solver " << (isIcm(workload.solver.method) ? "icm" : "cg") << " would visit " << voxels << " voxels around "
-       << workload.points
-       << " points thousands of times; take multigrid with the energy joint, larger voxels or less padding";
-  throw ResourceLimit(text.str());
+  throw ResourceLimit(
+      textOf(3, "solver ", isIcm(workload.solver.method) ? "icm" : "cg", " would visit ", voxels, " voxels around ",
+             workload.points,
+             " points thousands of times; take multigrid with the energy joint, larger voxels or less padding"));
 }
 
 void checkSurface(double unknowns, double bytes, std::size_t points, double voxelSize, double limit)
@@ -345,16 +342,12 @@ void checkSurface(double unknowns, double bytes, std::size_t points, double voxe
   const double excess = std::max(unknowns / sound, bytes / limit);
   if (excess <= 1)
     return;
-  std::ostringstream text;
-  text.precision(3);
-  text << "voxel size " << voxelSize << " would take " << unknowns << " voxels along the surface";
-  if (bytes / limit >= unknowns / sound)
-    text << ", " << bytes / (1 << 30) << " GiB beside the points, " << limit / (1 << 30) << " GiB are left";
-  else
-    text << " through " << points << " points, which say nothing about most of it";
+  const std::string why = bytes / limit >= unknowns / sound
+                              ? ", " + gigabytes(bytes, limit)
+                              : textOf(3, " through ", points, " points, which say nothing about most of it");
   // Faces become fewer with the square of the voxel size. A quarter more, as coarser levels may see another surface.
-  text << "; a voxel size of " << 1.25 * voxelSize * std::sqrt(excess) << " would do";
-  throw ResourceLimit(text.str());
+  throw ResourceLimit(textOf(3, "voxel size ", voxelSize, " would take ", unknowns, " voxels along the surface", why,
+                             "; a voxel size of ", 1.25 * voxelSize * std::sqrt(excess), " would do"));
 }
 
 } // namespace pcl::mrf

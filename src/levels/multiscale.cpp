@@ -3,6 +3,7 @@
 
 #include "base/loops.h"
 #include "base/memory.h"
+#include "base/text.h"
 #include "field/field_contents.h"
 #include "field/interpolation.h"
 #include "levels/level_memory.h"
@@ -201,12 +202,9 @@ public:
 
   MultiscaleResult result() override
   {
-    if (result_.levels.back().observed == 0) {
-      std::ostringstream text;
-      text << "no voxel of side " << lattices_.back().spacing << " is closer than dEmax = " << maxDistance_
-           << " to a point; choose a smaller voxel size or a larger dEmax";
-      throw InvalidInput(text.str());
-    }
+    if (result_.levels.back().observed == 0)
+      throw InvalidInput(textOf(6, "no voxel of side ", lattices_.back().spacing, " is closer than dEmax = ",
+                                maxDistance_, " to a point; choose a smaller voxel size or a larger dEmax"));
     result_.field = field();
     return std::move(result_);
   }

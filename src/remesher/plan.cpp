@@ -3,6 +3,7 @@
 
 #include "base/loops.h"
 #include "base/select_values.h"
+#include "base/text.h"
 #include "mesh/mesh_topology.h"
 #include "remesher/remeshed_surface.h"
 
@@ -12,7 +13,6 @@
 #include <cmath>
 #include <functional>
 #include <queue>
-#include <sstream>
 #include <utility>
 
 namespace pcl::mrf {
@@ -150,12 +150,10 @@ void shortenFor(std::int64_t triangles, const TriangleMesh& mesh, RemeshPlan& pl
 void checkSize(const RemeshPlan& plan)
 {
   const double limit = 5e8;
-  if (plan.triangles > limit) {
-    std::ostringstream message;
-    message << "remesher.targetEdge = " << plan.targetEdge << " would give about " << plan.triangles
-            << " triangles; at least " << plan.targetEdge * std::sqrt(plan.triangles / limit) << " is needed";
-    throw ResourceLimit(message.str());
-  }
+  if (plan.triangles > limit)
+    throw ResourceLimit(textOf(6, "remesher.targetEdge = ", plan.targetEdge, " would give about ", plan.triangles,
+                               " triangles; at least ", plan.targetEdge * std::sqrt(plan.triangles / limit),
+                               " is needed"));
 }
 
 } // namespace

@@ -4,6 +4,7 @@
 #include <pcl/surface/mrf/reconstruction.h>
 
 #include "base/memory.h"
+#include "base/text.h"
 #include "field/prior.h"
 #include "levels/multiscale.h"
 #include "mesh/polygonizer.h"
@@ -31,7 +32,6 @@
 #include <memory>
 #include <new>
 #include <optional>
-#include <sstream>
 #include <utility>
 
 namespace pcl::mrf {
@@ -70,13 +70,9 @@ std::size_t leftBesidePoints(std::size_t maxMemory, std::size_t points)
   const double limit = static_cast<double>(maxMemory), first = bytesAtFirst * static_cast<double>(points);
   if (maxMemory == 0)
     return 0;
-  if (first >= limit) {
-    std::ostringstream text;
-    text.precision(3);
-    text << "multiscale.maxMemory = " << limit / (1 << 20) << " MiB is too little for " << points
-         << " points, which take " << first / (1 << 20) << " MiB before the first level";
-    throw ResourceLimit(text.str());
-  }
+  if (first >= limit)
+    throw ResourceLimit(textOf(3, "multiscale.maxMemory = ", limit / (1 << 20), " MiB is too little for ", points,
+                               " points, which take ", first / (1 << 20), " MiB before the first level"));
   return maxMemory - static_cast<std::size_t>(bytesLater * static_cast<double>(points));
 }
 
@@ -86,11 +82,8 @@ void requireLengthsWithinCloud(const Options& options, double diagonal)
 {
   for (const auto& [name, length] : {std::pair("multiscale.voxelSize", options.multiscale.voxelSize),
                                      {"observation.smoothing", options.observation.smoothing}})
-    if (length > diagonal) {
-      std::ostringstream text;
-      text << name << " = " << length << " is larger than the cloud, whose diagonal is " << diagonal;
-      throw InvalidOption(text.str());
-    }
+    if (length > diagonal)
+      throw InvalidOption(textOf(6, name, " = ", length, " is larger than the cloud, whose diagonal is ", diagonal));
 }
 
 /// Drops the points that disagree with a robust field.
@@ -402,13 +395,10 @@ void dropBeyondError(Reconstruction& result, float maxError, Execution& executio
   report.beyondError = limitSigma(result.mesh, maxError / static_cast<float>(halfWidthPerSigma));
   if (report.beyondError.triangles == 0)
     return;
-  if (result.mesh.triangles.empty()) {
-    std::ostringstream text;
-    text.precision(3);
-    text << "uncertainty.maxError = " << maxError << " leaves no surface: in 95 of 100 cases it is within " << median
-         << " (median) of the true one where there are points, at best within " << best << "; allow more";
-    throw InvalidOption(text.str());
-  }
+  if (result.mesh.triangles.empty())
+    throw InvalidOption(
+        textOf(3, "uncertainty.maxError = ", maxError, " leaves no surface: in 95 of 100 cases it is within ", median,
+               " (median) of the true one where there are points, at best within ", best, "; allow more"));
   warnOfUncertainSurface(report);
   report.mesh = measure(result.mesh, execution);
   if (report.intersecting > 0)

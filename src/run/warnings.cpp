@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "run/warnings.h"
 
+#include "base/text.h"
+
 #include <pcl/surface/mrf/option_table.h>
 
 #include <Eigen/Eigenvalues>
@@ -8,7 +10,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <sstream>
 #include <utility>
 
 namespace pcl::mrf {
@@ -19,10 +20,7 @@ namespace {
 template <typename... Parts>
 void warn(Report& report, int digits, const Parts&... parts)
 {
-  std::ostringstream text;
-  text.precision(digits);
-  (text << ... << parts);
-  report.warnings.push_back(text.str());
+  report.warnings.push_back(textOf(digits, parts...));
 }
 
 } // namespace
@@ -124,17 +122,12 @@ void warnOfUnsolvedLevels(Report& report)
   if (unsolved == report.levels.end())
     return;
   const SolveReport& solve = unsolved->solve;
-  std::ostringstream text;
-  text.precision(2);
-  text << "the level with voxels of " << unsolved->voxelSize << " has not converged after " << solve.iterations
-       << (isIcm(solve.method) ? " sweeps" : " iterations");
-  if (solve.method == SolverMethod::multigrid)
-    text << ": its surface would still move by about " << solve.remainingChange << " voxels at the points, "
-         << solve.remainingChangeOfFillings << " elsewhere";
-  else
-    text << ": its relative residual is " << solve.relativeResidual;
-  text << "; allow more (solver.maxIterations)";
-  report.warnings.push_back(text.str());
+  const std::string left = solve.method == SolverMethod::multigrid
+                               ? textOf(2, "its surface would still move by about ", solve.remainingChange,
+                                        " voxels at the points, ", solve.remainingChangeOfFillings, " elsewhere")
+                               : textOf(2, "its relative residual is ", solve.relativeResidual);
+  warn(report, 2, "the level with voxels of ", unsolved->voxelSize, " has not converged after ", solve.iterations,
+       isIcm(solve.method) ? " sweeps: " : " iterations: ", left, "; allow more (solver.maxIterations)");
 }
 
 void warnOfTriangles(Report& report)

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "base/byte_writer.h"
+#include "base/text.h"
 #include "tiles/do_task.h"
 
 #include <pcl/surface/mrf/exceptions.h>
@@ -169,11 +170,8 @@ void TaskDirectory::requireRoom(const std::string& kind, double bytes) const
       bytes -= static_cast<double>(entry.file_size(error)); // this result may be used
   if (error || free >= bytes)
     return;
-  std::ostringstream text;
-  text.precision(3);
-  text << "results in the work directory '" << directory_ << "' would take some " << bytes / 1e9 << " GB more, and "
-       << free / 1e9 << " are free; make room: what is there is kept";
-  throw ResourceLimit(text.str());
+  throw ResourceLimit(textOf(3, "results in the work directory '", directory_, "' would take some ", bytes / 1e9,
+                             " GB more, and ", free / 1e9, " are free; make room: what is there is kept"));
 }
 
 void TaskDirectory::run(const std::string& kind, int count, const MakeInput& makeInput, const UseResult& useResult,
