@@ -27,9 +27,6 @@
 #include <cmath>
 #include <functional>
 #include <memory>
-#include <optional>
-#include <sstream>
-#include <stdexcept>
 #include <utility>
 
 namespace pcl::mrf {
@@ -87,60 +84,42 @@ constexpr double normalsOfGuess = 10;
 /// the points well, and holes are many voxels wide.
 constexpr float normalsLeadUpTo = 2.4f;
 
-/// The points in another order of axes, that of the stored levels.
-OrientedPoints inOrder(const AxisOrder& axes, const OrientedPoints& points)
+/// An observation on the same lattice with its axes in stored order.
+Observation toStored(const AxisOrder& axes, const Observation& observation)
 {
-  OrientedPoints result = points;
-  for (Eigen::Vector3f& position : result.positions)
-    position = axes.toStored(position);
-  for (Eigen::Vector3f& normal : result.normals)
-    normal = axes.toStored(normal);
-  return result;
+  Observation stored;
+  stored.lattice = axes.toStored(observation.lattice);
+  std::vector<std::pair<std::int64_t, std::size_t>> order; // voxels, and where they are in the observation
+  for (std::size_t n = 0; n < observation.voxels.size(); ++n) {
+    const Eigen::Array3i voxel = axes.toStored(observation.lattice.size.voxel(observation.voxels[n]));
+    order.emplace_back(stored.lattice.size.index(voxel.x(), voxel.y(), voxel.z()), n);
+  }
+  std::sort(order.begin(), order.end());
+  for (const auto& [voxel, n] : order) {
+    stored.voxels.push_back(voxel);
+    stored.distances.push_back(observation.distances[n]);
+    stored.confidences.push_back(observation.confidences[n]);
+  }
+  return stored;
 }
-
-/// A search whose queries are in another order of axes.
-class SearchInOrder : public NeighborSearch {
-public:
-  SearchInOrder(const AxisOrder& axes, const NeighborSearch& search) : axes_(axes), search_(search) {}
-
-  void setPoints(const std::vector<Eigen::Vector3f>&) override
-  {
-    throw std::logic_error("SearchInOrder: holds the points of another search");
-  }
-  int nearest(const Eigen::Vector3f& query, int k, Neighbors& result) const override
-  {
-    return search_.nearest(axes_.fromStored(query), k, result);
-  }
-  int within(const Eigen::Vector3f& query, float radius, Neighbors& result) const override
-  {
-    return search_.within(axes_.fromStored(query), radius, result);
-  }
-
-private:
-  const AxisOrder axes_;
-  const NeighborSearch& search_;
-};
 
 /// Dense levels, then those in bands.
 class LevelSolver : public Levels {
 public:
   LevelSolver(const SolvedPiece& piece, float spacing, const Options& options, Execution& execution, int tiles)
-      : spacing_(spacing), options_(options), execution_(execution), points_(piece.points), search_(piece.search),
-        tiles_(tiles)
+      : spacing_(spacing), options_(options), execution_(execution), piece_(piece), tiles_(tiles)
   {
     validate(options.observation);
     validate(options.prior);
     validate(options.solver);
     validate(options.multiscale);
-    plan(piece.volume);
-    if (!axes_.isNatural())
-      turn(piece);
+    plan();
     firstLevel_ = next_ = addCoarserGrids(lattices_);
     denseLevels_ = lattices_.size();
     // The coarsest level is always dense.
     while (denseLevels_ > firstLevel_ + 1 && lattices_[denseLevels_ - 1].size.count() > options_.multiscale.denseVoxels)
       --denseLevels_;
-    isTiled_ = isTiled_ || (execution_.tasks() && static_cast<double>(points_->size()) > unknownsPerTask);
+    isTiled_ = isTiled_ || (execution_.tasks() && static_cast<double>(points().size()) > unknownsPerTask);
     isTiled_ = maxTilesOfFinest() > 1 && (tiles_ > 0 ? tiles_ > 1 : isTiled_);
     if (options_.observation.atPoints())
       takeSamples();
@@ -216,14 +195,17 @@ private:
     std::shared_ptr<BandedDistances> distances;
   };
 
+  const OrientedPoints& points() const { return *piece_.points; }
+
   /// Plans lengths, lattices and memory before anything is allocated.
-  void plan(const BoundingBox& volume)
+  void plan()
   {
     MultiscaleOptions& multiscale = options_.multiscale;
+    const BoundingBox& volume = piece_.volume;
     if (!(multiscale.voxelSize > 0))
       multiscale.voxelSize = spacingsPerVoxel(multiscale.quality) * spacing_;
     maxDistance_ = resolvedMaxDistance(options_.observation, spacing_, multiscale.voxelSize);
-    workload_ = workloadOf(points_->size(), spacing_, options_.prior);
+    workload_ = workloadOf(points().size(), spacing_, options_.prior);
     workload_.reach = options_.observation.atPoints() ? 0 : maxDistance_;
     workload_.solver = options_.solver;
     multiscale.denseVoxels = maxDenseVoxels(multiscale, workload_);
@@ -235,26 +217,14 @@ private:
     const GridSize finest = lattices_.back().size;
     if (finest.count() > multiscale.denseVoxels)
       axes_ = bandAxes(finest);
-    isTiled_ = workload_.isTiled;
-  }
-
-  /// Turns the lattices to the stored order, and where voxels are observed points and search. (Samples are made
-  /// turned.)
-  void turn(const SolvedPiece& piece)
-  {
     for (Lattice& lattice : lattices_)
       lattice = axes_.toStored(lattice);
-    if (options_.observation.atPoints())
-      return;
-    turnedPoints_ = inOrder(axes_, *piece.points);
-    turnedSearch_.emplace(axes_, *piece.search);
-    points_ = &turnedPoints_;
-    search_ = &*turnedSearch_;
+    isTiled_ = workload_.isTiled;
   }
 
   void takeSamples()
   {
-    const PointsOnLattice seen{*points_, lattices_.back(), spacing_, axes_};
+    const PointsOnLattice seen{points(), lattices_.back(), spacing_, axes_};
     samples_ = isTiled_ ? LevelSamples::beneathFinest(seen, lattices_, execution_)
                         : LevelSamples(samplesOfFinest(seen, execution_), lattices_, execution_);
   }
@@ -282,8 +252,11 @@ private:
 
   Observation observeVoxels(std::size_t level, const LevelReport& report)
   {
+    const Lattice lattice = axes_.fromStored(lattices_[level]);
     Observation result =
-        observe(*points_, *search_, lattices_[level], spacing_, report.maxDistance, options_.observation, execution_);
+        observe(points(), *piece_.search, lattice, spacing_, report.maxDistance, options_.observation, execution_);
+    if (!axes_.isNatural())
+      result = toStored(axes_, result);
     if (isFinest(level))
       finest_ = result;
     return result;
@@ -375,12 +348,12 @@ private:
   /// spacing is at most half of the ratio of the finest voxel side to the typical spacing.
   void leaveSparse()
   {
-    if (!options_.observation.atPoints() || points_->spacings.empty() || options_.trimming.watertight)
+    if (!options_.observation.atPoints() || points().spacings.empty() || options_.trimming.watertight)
       return;
     const Lattice& lattice = lattices_[next_ - 1];
     const auto dense = 2 * spacing_ * static_cast<float>(lattice.spacing / lattices_.back().spacing);
-    const auto isDense = [&](std::size_t point) { return points_->spacings[point] < dense; };
-    if (auto left = leaveFarFrom(voxelsOf(points_->positions, lattice, isDense), band_, execution_))
+    const auto isDense = [&](std::size_t point) { return points().spacings[point] < dense; };
+    if (auto left = leaveFarFrom(voxelsOf(points().positions, lattice, isDense), band_, execution_))
       left_.push_back({lattice, std::move(left)});
   }
 
@@ -436,7 +409,7 @@ private:
     plan.threads = bandThreads_;
     report.tiles = tiles;
     if (tiles > 1) {
-      const PointsOnLattice seen{*points_, lattices_[level], spacing_, axes_};
+      const PointsOnLattice seen{points(), lattices_[level], spacing_, axes_};
       band_ = solveInTiles({seen, observation.weights, options_.prior.kind, tiles}, band_, plan, options_.solver,
                            report, execution_);
     } else {
@@ -470,7 +443,7 @@ private:
   void checkUnknowns(std::size_t level, double unknowns) const
   {
     const double finest = finestUnknowns(level, unknowns);
-    checkSurface(finest, std::min(finestBytes(finest, 1), finestBytes(finest, maxTilesOfFinest())), points_->size(),
+    checkSurface(finest, std::min(finestBytes(finest, 1), finestBytes(finest, maxTilesOfFinest())), points().size(),
                  lattices_.back().spacing, limit());
   }
 
@@ -507,12 +480,9 @@ private:
   Options options_;   ///< with denseVoxels for the workload
   Workload workload_; ///< of the whole run
   Execution& execution_;
-  const OrientedPoints* points_;
-  const NeighborSearch* search_;
-  OrientedPoints turnedPoints_;               ///< in the stored order, if it is another one and voxels are observed
-  std::optional<SearchInOrder> turnedSearch_; ///< likewise
-  std::vector<Lattice> lattices_;             ///< as they are stored, like all that follows
-  AxisOrder axes_;                            ///< the stored order of the cloud's axes
+  const SolvedPiece piece_;
+  std::vector<Lattice> lattices_; ///< as they are stored, like all that follows
+  AxisOrder axes_;                ///< the stored order of the cloud's axes
   int bandThreads_ = 1;
   int tiles_;                            ///< that were asked for; 0: as few as fit
   bool isTiled_ = false;                 ///< if the finest level is tiled: decided before samples are made
