@@ -157,12 +157,6 @@ double denseBytes(const GridSize& size, double side, const Workload& workload, b
   return bytes;
 }
 
-/// The part of a level that is solved at a time: a tile with its halos.
-double shareOfTile(int planes, int tiles)
-{
-  return std::min(1., 1. / tiles + 2. * tileHalo / planes);
-}
-
 /// Bytes of a band's rows, and of the windows that sweep over them.
 double rowBytes(const GridSize& size, double unknowns, const Workload& workload, int threads)
 {
@@ -183,22 +177,18 @@ double bandBytes(const GridSize& lattice, double side, const Workload& workload,
   return data + perFace * faces + rowBytes(size, unknowns, workload, threads);
 }
 
-/// Voxels of the finest level along each axis.
-Eigen::Array3d finestVoxels(const BoundingBox& box, double side, const MultiscaleOptions& options)
+/// The finest level; none if its positions would be inaccurate, or if it is factorized and the factor, which grows with
+/// voxels to the power of 4/3, is beyond any memory: no dissection is needed then.
+std::optional<GridSize> finestLevel(const BoundingBox& box, double side, const Workload& workload,
+                                    const MultiscaleOptions& options)
 {
-  return ((box.upper - box.lower).cast<double>().array() / side + 2. * resolvedPadding(options)).ceil();
-}
-
-/// True if the factor, which grows with voxels to the power of 4/3, is beyond any memory: no dissection is needed then.
-bool isBeyondFactors(const Eigen::Array3d& voxels, const Workload& workload)
-{
-  return workload.solver.method == SolverMethod::cholesky && voxels.prod() > maxVoxelsOfFactor;
-}
-
-GridSize wholeVoxels(const Eigen::Array3d& voxels)
-{
+  const Eigen::Array3d voxels =
+      ((box.upper - box.lower).cast<double>().array() / side + 2. * resolvedPadding(options)).ceil();
+  if (!(voxels.maxCoeff() <= maxVoxelsAlongAxis) ||
+      (workload.solver.method == SolverMethod::cholesky && voxels.prod() > maxVoxelsOfFactor))
+    return {};
   const Eigen::Array3i whole = voxels.cast<int>();
-  return {whole.x(), whole.y(), whole.z()};
+  return GridSize{whole.x(), whole.y(), whole.z()};
 }
 
 bool isCoarsest(const GridSize& size)
@@ -230,13 +220,12 @@ double predictedCholeskySeconds(const BoundingBox& box, double side, const Workl
   const bool isFinest = workload.solver.method == SolverMethod::cholesky;
   if (!isFinest && !workload.solver.choleskyOnCoarsest)
     return 0;
-  const Eigen::Array3d voxels = finestVoxels(box, side, options);
-  if (!(voxels.maxCoeff() <= maxVoxelsAlongAxis) || isBeyondFactors(voxels, workload))
+  std::optional<GridSize> size = finestLevel(box, side, workload, options);
+  if (!size)
     return std::numeric_limits<double>::infinity();
-  GridSize size = wholeVoxels(voxels);
-  while (!isFinest && !isCoarsest(size))
-    size = size.coarsened();
-  return choleskySeconds(size, couplingOf(workload), workload.reach == 0);
+  while (!isFinest && !isCoarsest(*size))
+    size = size->coarsened();
+  return choleskySeconds(*size, couplingOf(workload), workload.reach == 0);
 }
 
 } // namespace
@@ -244,7 +233,8 @@ double predictedCholeskySeconds(const BoundingBox& box, double side, const Workl
 double finestBandBytes(const GridSize& size, double unknowns, const Workload& workload, int tiles, int threads)
 {
   const double whole = bytesPerFace / unknownsPerFace * unknowns + sizeof(PointSample) * workload.points;
-  return (tiles == 1 ? whole : shareOfTile(size.z, tiles) * whole + bytesPerUnknownOfTiles * unknowns) +
+  const double shareOfTile = std::min(1., 1. / tiles + 2. * tileHalo / size.z); // with its halos
+  return (tiles == 1 ? whole : shareOfTile * whole + bytesPerUnknownOfTiles * unknowns) +
          rowBytes(size, unknowns, workload, threads);
 }
 
@@ -279,12 +269,10 @@ std::int64_t maxDenseVoxels(const MultiscaleOptions& options, const Workload& wo
 double predictedBytes(const BoundingBox& box, double side, const Workload& workload, const MultiscaleOptions& options,
                       int threads)
 {
-  const Eigen::Array3d voxels = finestVoxels(box, side, options);
-  constexpr double infinite = std::numeric_limits<double>::infinity();
-  if (!(voxels.maxCoeff() <= maxVoxelsAlongAxis) || isBeyondFactors(voxels, workload))
-    return infinite;
-  GridSize size = wholeVoxels(voxels);
-  const GridSize finest = size;
+  const std::optional<GridSize> finest = finestLevel(box, side, workload, options);
+  if (!finest)
+    return std::numeric_limits<double>::infinity();
+  GridSize size = *finest;
   double voxelSide = side;
   int bands = 0;
   const std::int64_t denseVoxels = maxDenseVoxels(options, workload);
@@ -292,7 +280,7 @@ double predictedBytes(const BoundingBox& box, double side, const Workload& workl
     size = size.coarsened();
   const bool isTiled = workload.isTiled && mayBeTiled(workload, bands);
   double max = bands == 0 ? 0
-                          : (isTiled ? tiledBytes : bandBytes)(finest, side, workload, bands, threads) +
+                          : (isTiled ? tiledBytes : bandBytes)(*finest, side, workload, bands, threads) +
                                 bytesPerBackground * count(size);
   for (;; voxelSide *= 2, size = size.coarsened()) {
     max = std::max(max, denseBytes(size, voxelSide, workload, isCoarsest(size), threads));
