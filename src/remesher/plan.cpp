@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "remesher/plan.h"
+#include "remesher/piece.h"
 
 #include "base/loops.h"
 #include "base/select_values.h"
