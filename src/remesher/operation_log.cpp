@@ -102,21 +102,19 @@ OperationLog::Choice OperationLog::lastOn(const std::vector<std::int32_t>& trian
   return choice;
 }
 
-OperationLog::Counts OperationLog::undo(const Choice& choice, std::vector<OperationLog>& logs, HalfEdgeMesh& mesh)
+void OperationLog::undo(const Choice& choice, std::vector<OperationLog>& logs, HalfEdgeMesh& mesh, RemeshSummary& done)
 {
-  Counts counts;
   std::for_each(choice.operations.rbegin(), choice.operations.rend(),
-                [&](const Choice::Place& place) { logs[place.log].undo(place.operation, mesh, counts); });
-  return counts;
+                [&](const Choice::Place& place) { logs[place.log].undo(place.operation, mesh, done); });
 }
 
-void OperationLog::undo(std::size_t operation, HalfEdgeMesh& mesh, Counts& counts)
+void OperationLog::undo(std::size_t operation, HalfEdgeMesh& mesh, RemeshSummary& done)
 {
   Operation& own = operations_[operation];
   switch (own.kind) {
   case Kind::split:
     mesh.undoSplit(own.which, own.room);
-    ++counts.splits;
+    --done.splits;
     break;
   case Kind::collapse: {
     const Collapse& former = collapses_[own.which];
@@ -127,13 +125,13 @@ void OperationLog::undo(std::size_t operation, HalfEdgeMesh& mesh, Counts& count
     mesh.sizing[kept] = former.sizing;
     if (!mesh.places.empty())
       mesh.places[kept] = former.place;
-    ++counts.collapses;
+    --done.collapses;
     break;
   }
   case Kind::flip:
     for (int turn = 0; turn < 3; ++turn) // four flips turn an edge around once; the first was the operation
       mesh.flip(own.which);
-    ++counts.flips;
+    --done.flips;
     break;
   case Kind::undone:
     break;

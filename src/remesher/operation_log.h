@@ -4,6 +4,8 @@
 
 #include "remesher/half_edge_mesh.h"
 
+#include <pcl/surface/mrf/report.h>
+
 #include <Eigen/Core>
 
 #include <cstddef>
@@ -20,9 +22,6 @@ public:
   void addCollapse(const HalfEdgeMesh& mesh, std::int32_t h);
   void addFlip(const HalfEdgeMesh& mesh, std::int32_t h);
 
-  struct Counts {
-    std::int64_t splits = 0, collapses = 0, flips = 0;
-  };
   /// The last operations on some triangles, and all later ones that depend on them.
   struct Choice {
     struct Place {
@@ -34,8 +33,9 @@ public:
   static Choice lastOn(const std::vector<std::int32_t>& triangles, const std::vector<OperationLog>& logs,
                        const HalfEdgeMesh& mesh);
   /// Undoes operations. Their triangles are then as before, unless other vertices of theirs have moved since.
-  /// \param logs in the order in which they were written \pre only operations in the logs have changed the triangles
-  static Counts undo(const Choice& choice, std::vector<OperationLog>& logs, HalfEdgeMesh& mesh);
+  /// \param logs in the order in which they were written \param done they are subtracted from its counts
+  /// \pre only operations in the logs have changed the triangles
+  static void undo(const Choice& choice, std::vector<OperationLog>& logs, HalfEdgeMesh& mesh, RemeshSummary& done);
 
   /// Frees memory that is not in use.
   void shrink();
@@ -59,7 +59,7 @@ private:
   void touchBeside(const HalfEdgeMesh& mesh, std::int32_t h);
   template <typename Body>
   void forTouched(std::size_t operation, const Body& body) const;
-  void undo(std::size_t operation, HalfEdgeMesh& mesh, Counts& counts);
+  void undo(std::size_t operation, HalfEdgeMesh& mesh, RemeshSummary& done);
 
   std::vector<Operation> operations_;
   std::vector<Collapse> collapses_;   ///< of the operations that are collapses

@@ -56,33 +56,17 @@ void serialize(Archive& archive, MeshPiece& piece, unsigned)
 }
 
 template <typename Archive>
-void serializeBesideField(Archive& archive, PartInput& part)
+void serialize(Archive& archive, PartInput& part, unsigned)
 {
   serializeAll(archive, static_cast<MeshPiece&>(part), part.plan, part.maxStep, part.options);
-}
-
-template <typename Archive>
-void save(Archive& archive, const PartInput& part, unsigned)
-{
-  Execution serial(1);
-  serializeBesideField(archive, const_cast<PartInput&>(part)); // NOLINT: the same code reads and writes
-  const std::vector<FieldContents> field = FieldContents::of(part.field, boxAround(part), serial);
-  archive << field;
-}
-
-template <typename Archive>
-void load(Archive& archive, PartInput& part, unsigned)
-{
-  serializeBesideField(archive, part);
   std::vector<FieldContents> field;
-  archive >> field;
-  part.field = FieldContents::toField(std::move(field));
-}
-
-template <typename Archive>
-void serialize(Archive& archive, PartInput& part, unsigned version)
-{
-  boost::serialization::split_free(archive, part, version);
+  if constexpr (Archive::is_saving::value) {
+    Execution serial(1);
+    field = FieldContents::of(part.field, boxAround(part), serial);
+  }
+  serializeAll(archive, field);
+  if constexpr (Archive::is_loading::value)
+    part.field = FieldContents::toField(std::move(field));
 }
 
 template <typename Archive>

@@ -173,10 +173,7 @@ private:
   void undo(const OperationLog::Choice& choice, FormerSites& former)
   {
     takeBack(cornersOf(choice.triangles), former);
-    const OperationLog::Counts undone = OperationLog::undo(choice, surface_.logs, surface_.mesh);
-    surface_.result.splits -= undone.splits;
-    surface_.result.collapses -= undone.collapses;
-    surface_.result.flips -= undone.flips;
+    OperationLog::undo(choice, surface_.logs, surface_.mesh, surface_.result);
     surface_.result.refusedOperations += static_cast<std::int64_t>(choice.operations.size());
     const std::vector<std::int32_t> corners = cornersOf(choice.triangles);
     undone_.insert(undone_.end(), corners.begin(), corners.end());

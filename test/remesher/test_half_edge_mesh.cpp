@@ -168,7 +168,8 @@ TEST(OperationLog, UndoesWhatStandsOnTheLastOperationsAndNoMore)
       const HalfEdgeMesh shaken = mesh;
       const OperationLog::Choice choice = OperationLog::lastOn({shaken.halfEdgeCount() / 3 - 1}, logs, mesh);
       ASSERT_FALSE(choice.operations.empty());
-      OperationLog::undo(choice, logs, mesh);
+      RemeshSummary done;
+      OperationLog::undo(choice, logs, mesh, done);
       expectConsistent(mesh);
       const auto isChosen = [&](std::int32_t t) {
         return std::find(choice.triangles.begin(), choice.triangles.end(), t) != choice.triangles.end();
@@ -188,8 +189,9 @@ TEST(OperationLog, UndoesWhatStandsOnTheLastOperationsAndNoMore)
       for (std::size_t last = 1; last > 0; undone += last) {
         const OperationLog::Choice rest = OperationLog::lastOn(all, logs, mesh);
         last = rest.operations.size();
-        OperationLog::undo(rest, logs, mesh);
+        OperationLog::undo(rest, logs, mesh, done);
       }
+      EXPECT_EQ(done.splits + done.collapses + done.flips, -static_cast<std::int64_t>(undone));
       EXPECT_GT(undone, 2 * choice.operations.size());
       expectConsistent(mesh);
       for (std::int32_t t = 0; t < mesh.halfEdgeCount() / 3; ++t)
