@@ -214,100 +214,84 @@ private:
   Stage Options::*stage_;
 };
 
-void declareOutliers(std::vector<OptionDeclaration>& rows)
+void declareInput(std::vector<OptionDeclaration>& rows)
 {
-  Rows<OutlierOptions> table(rows, "outliers.", &Options::outliers);
-  table.onOff("alone", "--alone-filter", &OutlierOptions::alone,
-              "drop points that are far from their neighbors and on no surface with them, between two that their "
-              "sensor saw, or "
-              "seen through by other sensors");
-  table.onOff("statistical", "--statistical-filter", &OutlierOptions::statistical,
-              "PCL's statistical outlier removal: 8 neighbors, 3 standard deviations");
-  table.onOff("robust", "--robust", &OutlierOptions::robust,
-              "drop points that a robust coarse field cannot agree with: for clusters of false matches");
+  Rows<OutlierOptions> outliers(rows, "outliers.", &Options::outliers);
+  outliers.onOff("alone", "--alone-filter", &OutlierOptions::alone,
+                 "drop points that are far from their neighbors and on no surface with them, between two that their "
+                 "sensor saw, or "
+                 "seen through by other sensors");
+  outliers.onOff("statistical", "--statistical-filter", &OutlierOptions::statistical,
+                 "PCL's statistical outlier removal: 8 neighbors, 3 standard deviations");
+  outliers.onOff("robust", "--robust", &OutlierOptions::robust,
+                 "drop points that a robust coarse field cannot agree with: for clusters of false matches");
+  Rows<NormalOptions> normals(rows, "normals.", &Options::normals);
+  normals.choice("source", "--normals", &NormalOptions::source,
+                 "normals of the input: use them if there are any, use, take as reference for the orientation, or "
+                 "estimate anew");
+  normals.number("radius", "--normal-radius", "length", notNegative, &NormalOptions::radius,
+                 "neighborhood of the plane fit",
+                 "the 13 nearest points, more where they are rough or lie on a line, or by --noise");
+  normals.onOff("noiseCriteria", "--noise-criteria", &NormalOptions::noiseCriteria,
+                "drop points off the plane fitted for their normal, as the paper does");
+  Rows<OrientationOptions> orientation(rows, "orientation.", &Options::orientation);
+  orientation.number("maxAngle", "--orientation-angle", "degrees", {0, 90, true}, &OrientationOptions::maxAngle,
+                     "neighbors belong together if their normals are within this angle");
+  orientation.onOff(
+      "sensorOrigin", "--sensor-origin", &OrientationOptions::sensorOrigin,
+      "if no sensor is given, the VIEWPOINT of a PCD file is the sensor, if it is not zero or the "
+      "cloud is organized, and the scanners of a PTX file are; to tell what was seen through, so is the origin "
+      "if all normals look there");
 }
 
-void declareNormals(std::vector<OptionDeclaration>& rows)
+void declareField(std::vector<OptionDeclaration>& rows)
 {
-  Rows<NormalOptions> table(rows, "normals.", &Options::normals);
-  table.choice("source", "--normals", &NormalOptions::source,
-               "normals of the input: use them if there are any, use, take as reference for the orientation, or "
-               "estimate anew");
-  table.number("radius", "--normal-radius", "length", notNegative, &NormalOptions::radius,
-               "neighborhood of the plane fit",
-               "the 13 nearest points, more where they are rough or lie on a line, or by --noise");
-  table.onOff("noiseCriteria", "--noise-criteria", &NormalOptions::noiseCriteria,
-              "drop points off the plane fitted for their normal, as the paper does");
-}
-
-void declareOrientation(std::vector<OptionDeclaration>& rows)
-{
-  Rows<OrientationOptions> table(rows, "orientation.", &Options::orientation);
-  table.number("maxAngle", "--orientation-angle", "degrees", {0, 90, true}, &OrientationOptions::maxAngle,
-               "neighbors belong together if their normals are within this angle");
-  table.onOff("sensorOrigin", "--sensor-origin", &OrientationOptions::sensorOrigin,
-              "if no sensor is given, the VIEWPOINT of a PCD file is the sensor, if it is not zero or the "
-              "cloud is organized, and the scanners of a PTX file are; to tell what was seen through, so is the origin "
-              "if all normals look there");
-}
-
-void declareObservation(std::vector<OptionDeclaration>& rows)
-{
-  Rows<ObservationOptions> table(rows, "observation.", &Options::observation);
-  table.choice("kind", "--observation", &ObservationOptions::kind,
-               "where the field is observed: at the points, or at voxels by the tangent planes of the nearest points");
-  table.number("smoothing", "--smoothing", "length", notNegative, &ObservationOptions::smoothing,
-               "details smaller than this are smoothed away", "chosen by the data");
-  table.number("noise", "--noise", "sigma", notNegative, &ObservationOptions::noise,
-               "standard deviation of the scanner's noise; sets the smoothing", "unknown");
-  table.number("gradientWeight", "--gradient-weight", "ratio", {0, 100}, &ObservationOptions::gradientWeight,
-               "weight of the normals beside the positions, in squared smoothing lengths",
-               ".4, or 4 if the data of a noisy cloud with normals say so");
-  table.number("neighbors", "--neighbors", "n", {1, 100}, &ObservationOptions::neighbors, "points observed per voxel");
-  table.number("maxDistance", "--max-distance", "length", notNegative, &ObservationOptions::maxDistance,
-               "distance from the points at which the confidence reaches 0",
-               "3.25 s; 3 s with median, mean and nearest");
-}
-
-void declarePrior(std::vector<OptionDeclaration>& rows)
-{
-  Rows<PriorOptions> table(rows, "prior.", &Options::prior);
-  table.choice("kind", "--prior", &PriorOptions::kind,
+  Rows<ObservationOptions> observation(rows, "observation.", &Options::observation);
+  observation.choice(
+      "kind", "--observation", &ObservationOptions::kind,
+      "where the field is observed: at the points, or at voxels by the tangent planes of the nearest points");
+  observation.number("smoothing", "--smoothing", "length", notNegative, &ObservationOptions::smoothing,
+                     "details smaller than this are smoothed away", "chosen by the data");
+  observation.number("noise", "--noise", "sigma", notNegative, &ObservationOptions::noise,
+                     "standard deviation of the scanner's noise; sets the smoothing", "unknown");
+  observation.number("gradientWeight", "--gradient-weight", "ratio", {0, 100}, &ObservationOptions::gradientWeight,
+                     "weight of the normals beside the positions, in squared smoothing lengths",
+                     ".4, or 4 if the data of a noisy cloud with normals say so");
+  observation.number("neighbors", "--neighbors", "n", {1, 100}, &ObservationOptions::neighbors,
+                     "points observed per voxel");
+  observation.number("maxDistance", "--max-distance", "length", notNegative, &ObservationOptions::maxDistance,
+                     "distance from the points at which the confidence reaches 0",
+                     "3.25 s; 3 s with median, mean and nearest");
+  Rows<PriorOptions> prior(rows, "prior.", &Options::prior);
+  prior.choice("kind", "--prior", &PriorOptions::kind,
                "what a surface without data looks like; the first is the flattest and fastest");
-  table.number("beta", "--beta", "weight", zeroToBelowOne, &PriorOptions::beta,
+  prior.number("beta", "--beta", "weight", zeroToBelowOne, &PriorOptions::beta,
                "weight of the data observed at voxels; lower it for noisy data");
-  table.choice("energy", "--energy", &PriorOptions::energy,
+  prior.choice("energy", "--energy", &PriorOptions::energy,
                "joint: Eq. 9 of the paper, and its program; paper: Eq. 10-11 as they are written, for --solver cg");
-}
-
-void declareSolver(std::vector<OptionDeclaration>& rows)
-{
-  Rows<SolverOptions> table(rows, "solver.", &Options::solver);
-  table.choice("method", "--solver", &SolverOptions::method,
-               "how the linear system is solved; icm-colors visits voxels in parallel that icm visits in random order");
-  table.number("maxIterations", "--max-iterations", "n", notNegative, &SolverOptions::maxIterations,
-               "iterations or sweeps per level",
-               "100 (multigrid; near the surface only 4, 2, 1), 1000 (icm), 10000 (cg)");
-  table.number("changeTolerance", "--change-tolerance", "voxels", notNegative, &SolverOptions::changeTolerance,
-               "icm and multigrid stop when a step changes less (RMS), multigrid at 1.5 times that on whole levels; "
-               "0 = never");
-  table.number("seed", "--seed", "n", notNegative, &SolverOptions::seed,
-               "seed of icm's visiting order and of the draws of --uncertainty");
-}
-
-void declareMultiscale(std::vector<OptionDeclaration>& rows)
-{
-  Rows<MultiscaleOptions> table(rows, "multiscale.", &Options::multiscale);
-  table.choice("quality", "--quality", &MultiscaleOptions::quality,
-               "voxel side of the finest level: 3, 2 or 1.5 times s, see --unit");
-  table.number("voxelSize", "--voxel-size", "length", notNegative, &MultiscaleOptions::voxelSize,
-               "side of the finest voxels", "by the quality");
-  table.number("padding", "--padding", "voxels", {2, 100}, &MultiscaleOptions::padding,
-               "voxels of the finest level around the points", "6, more beside openings");
-  table.number("maxMemory", "--max-memory", "MiB", notNegative, &MultiscaleOptions::maxMemory,
-               "memory that the run may take, also as 8G", "80 % of what is free", mebibyte);
-  table.number("denseVoxels", "--dense-voxels", "n", notNegative, &MultiscaleOptions::denseVoxels,
-               "levels of more voxels are solved near the surface only", "1048576, less for few points");
+  Rows<SolverOptions> solver(rows, "solver.", &Options::solver);
+  solver.choice(
+      "method", "--solver", &SolverOptions::method,
+      "how the linear system is solved; icm-colors visits voxels in parallel that icm visits in random order");
+  solver.number("maxIterations", "--max-iterations", "n", notNegative, &SolverOptions::maxIterations,
+                "iterations or sweeps per level",
+                "100 (multigrid; near the surface only 4, 2, 1), 1000 (icm), 10000 (cg)");
+  solver.number("changeTolerance", "--change-tolerance", "voxels", notNegative, &SolverOptions::changeTolerance,
+                "icm and multigrid stop when a step changes less (RMS), multigrid at 1.5 times that on whole levels; "
+                "0 = never");
+  solver.number("seed", "--seed", "n", notNegative, &SolverOptions::seed,
+                "seed of icm's visiting order and of the draws of --uncertainty");
+  Rows<MultiscaleOptions> multiscale(rows, "multiscale.", &Options::multiscale);
+  multiscale.choice("quality", "--quality", &MultiscaleOptions::quality,
+                    "voxel side of the finest level: 3, 2 or 1.5 times s, see --unit");
+  multiscale.number("voxelSize", "--voxel-size", "length", notNegative, &MultiscaleOptions::voxelSize,
+                    "side of the finest voxels", "by the quality");
+  multiscale.number("padding", "--padding", "voxels", {2, 100}, &MultiscaleOptions::padding,
+                    "voxels of the finest level around the points", "6, more beside openings");
+  multiscale.number("maxMemory", "--max-memory", "MiB", notNegative, &MultiscaleOptions::maxMemory,
+                    "memory that the run may take, also as 8G", "80 % of what is free", mebibyte);
+  multiscale.number("denseVoxels", "--dense-voxels", "n", notNegative, &MultiscaleOptions::denseVoxels,
+                    "levels of more voxels are solved near the surface only", "1048576, less for few points");
 }
 
 void declareMesh(std::vector<OptionDeclaration>& rows)
@@ -334,24 +318,22 @@ void declareMesh(std::vector<OptionDeclaration>& rows)
   trimming.onOff(
       "watertight", "--watertight", &TrimmingOptions::watertight,
       "close what is left, however wide its openings are, as flat as they allow: for printing, and for volumes");
-}
-
-void declareUncertainty(std::vector<OptionDeclaration>& rows)
-{
-  Rows<UncertaintyOptions> table(rows, "uncertainty.", &Options::uncertainty);
-  table.onOff(
+  Rows<UncertaintyOptions> uncertainty(rows, "uncertainty.", &Options::uncertainty);
+  uncertainty.onOff(
       "compute", "--uncertainty", &UncertaintyOptions::compute,
       "fields sigma, the standard deviation of the surface along its normal as a length, and sigma_calibrated, 0 "
       "where it is an extrapolation");
-  table.number("samples", "--samples", "n", {2, 1000}, &UncertaintyOptions::samples,
-               "draws from the posterior that --uncertainty makes, see --seed");
-  table.number("surfaces", "--write-samples", "n", {0, 1000}, &UncertaintyOptions::surfaces,
-               "surfaces that sigma allows for, beside OUTPUT as OUTPUT.sample-1, .sample-2 ...: for intervals of "
-               "whatever is measured on them; as many draws at least, and --uncertainty, come with it");
-  table.number("maxError", "--max-error", "length", notNegative, &UncertaintyOptions::maxError,
-               "drop surface that is farther off than this in more than 5 of 100 cases, as sigma says, on top of what "
-               "--trim drops; --uncertainty comes with it",
-               "none is dropped");
+  uncertainty.number("samples", "--samples", "n", {2, 1000}, &UncertaintyOptions::samples,
+                     "draws from the posterior that --uncertainty makes, see --seed");
+  uncertainty.number(
+      "surfaces", "--write-samples", "n", {0, 1000}, &UncertaintyOptions::surfaces,
+      "surfaces that sigma allows for, beside OUTPUT as OUTPUT.sample-1, .sample-2 ...: for intervals of "
+      "whatever is measured on them; as many draws at least, and --uncertainty, come with it");
+  uncertainty.number(
+      "maxError", "--max-error", "length", notNegative, &UncertaintyOptions::maxError,
+      "drop surface that is farther off than this in more than 5 of 100 cases, as sigma says, on top of what "
+      "--trim drops; --uncertainty comes with it",
+      "none is dropped");
 }
 
 void declareOthers(std::vector<OptionDeclaration>& rows)
@@ -403,15 +385,9 @@ void nameSetters(std::vector<OptionDeclaration>& rows)
 std::vector<OptionDeclaration> declareAll()
 {
   std::vector<OptionDeclaration> rows;
-  declareOutliers(rows);
-  declareNormals(rows);
-  declareOrientation(rows);
-  declareObservation(rows);
-  declarePrior(rows);
-  declareSolver(rows);
-  declareMultiscale(rows);
+  declareInput(rows);
+  declareField(rows);
   declareMesh(rows);
-  declareUncertainty(rows);
   declareOthers(rows);
   nameSetters(rows);
   return rows;
