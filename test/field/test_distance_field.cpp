@@ -106,9 +106,6 @@ TEST(DistanceField, SamplerGivesWhatTheFieldDoes)
 
 TEST(DistanceField, RefusesArraysThatDoNotFit)
 {
-  Lattice lattice;
-  lattice.size = {2, 2, 2};
-  EXPECT_THROW(DistanceField(lattice, std::vector<float>(7), std::vector<float>(8)), std::invalid_argument);
-  lattice.size = {1, 2, 2};
-  EXPECT_THROW(DistanceField(lattice, std::vector<float>(4), std::vector<float>(4)), std::invalid_argument);
+  EXPECT_THROW(DistanceField({{2, 2, 2}}, std::vector<float>(7), std::vector<float>(8)), std::invalid_argument);
+  EXPECT_THROW(DistanceField({{1, 2, 2}}, std::vector<float>(4), std::vector<float>(4)), std::invalid_argument);
 }

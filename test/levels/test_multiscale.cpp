@@ -23,14 +23,6 @@ using namespace pcl::mrf;
 
 namespace {
 
-BoundingBox box(const Eigen::Vector3f& lower, const Eigen::Vector3f& upper)
-{
-  BoundingBox result;
-  result.lower = lower;
-  result.upper = upper;
-  return result;
-}
-
 Workload ofArea(double area)
 {
   Workload workload;
@@ -83,21 +75,6 @@ std::pair<double, double> differences(const DistanceField& a, const DistanceFiel
   return {std::sqrt(squares / norm), largest};
 }
 
-/// A finer lattice inside a coarser one, far enough from its border for all interpolations.
-std::pair<Lattice, Lattice> nestedLattices()
-{
-  Lattice coarse;
-  coarse.size = {12, 11, 10};
-  coarse.spacing = .5;
-  coarse.origin = {-2, 1, .25};
-  Lattice fine;
-  fine.spacing = .25;
-  fine.size = {14, 12, 11};
-  fine.origin = coarse.origin - Eigen::Vector3d::Constant(coarse.spacing / 2) +
-                fine.spacing * (Eigen::Vector3d(5, 4, 5) + Eigen::Vector3d::Constant(.5));
-  return {coarse, fine};
-}
-
 /// The values of a function at the centers of the voxels.
 template <typename Function>
 std::vector<float> valuesOf(const Function& function, const Lattice& lattice)
@@ -113,7 +90,7 @@ std::vector<float> valuesOf(const Function& function, const Lattice& lattice)
 
 TEST(PlanLevels, AreNestedAndPadded)
 {
-  const BoundingBox object = box({-1, -2, .5f}, {3, 1, 9});
+  const BoundingBox object{{-1, -2, .5f}, {3, 1, 9}};
   MultiscaleOptions options;
   const auto levels = planLevels(object, .05f, ofArea(1), options);
   ASSERT_GT(levels.size(), 3u);
@@ -143,7 +120,7 @@ TEST(PlanLevels, AreNestedAndPadded)
 
 TEST(PlanLevels, RefusesWhatDoesNotFitAndNamesWhatWould)
 {
-  const BoundingBox object = box({0, 0, 0}, {1, 1, 1});
+  const BoundingBox object{{0, 0, 0}, {1, 1, 1}};
   MultiscaleOptions options;
   options.maxMemory = std::size_t{64} << 20;
   const std::string message = clouds::messageOf<ResourceLimit>([&] { planLevels(object, .002f, ofArea(1), options); });
@@ -167,7 +144,7 @@ TEST(PlanLevels, RefusesWhatDoesNotFitAndNamesWhatWould)
 
 TEST(PlanLevels, RefusesEmptyVolumesForSlowSolvers)
 {
-  const BoundingBox object = box({0, 0, 0}, {1, 1, 1});
+  const BoundingBox object{{0, 0, 0}, {1, 1, 1}};
   MultiscaleOptions options;
   options.padding = 100;
   Workload workload = ofArea(1);
@@ -185,7 +162,7 @@ TEST(PlanLevels, RefusesEmptyVolumesForSlowSolvers)
 
 TEST(PlanLevels, AsManyThreadsSweepAsFit)
 {
-  const BoundingBox object = box({0, 0, 0}, {1, 1, 1});
+  const BoundingBox object{{0, 0, 0}, {1, 1, 1}};
   MultiscaleOptions options;
   options.maxMemory = std::size_t{4} << 30;
   const auto threads = [&](int wanted) { return affordableThreads(object, .001f, ofArea(6), options, wanted); };
@@ -256,11 +233,11 @@ TEST(PlanLevels, MemoryFollowsTheSurfaceOfTerrainsAndCorridors)
     options.maxMemory = static_cast<std::size_t>(1.05 * 450 * area);
     for (const Eigen::Vector3f& turned :
          {sides, Eigen::Vector3f(sides[1], sides[2], sides[0]), Eigen::Vector3f(sides[2], sides[0], sides[1])}) {
-      EXPECT_NO_THROW(planLevels(box({0, 0, 0}, turned), 1, ofArea(area), options)) << turned.transpose();
-      EXPECT_EQ(affordableThreads(box({0, 0, 0}, turned), 1, ofArea(area), options, 2), 2);
+      EXPECT_NO_THROW(planLevels({{0, 0, 0}, turned}, 1, ofArea(area), options)) << turned.transpose();
+      EXPECT_EQ(affordableThreads({{0, 0, 0}, turned}, 1, ofArea(area), options, 2), 2);
     }
   }
-  EXPECT_THROW(planLevels(box({0, 0, 0}, {3e6f, 1, 1}), 1, ofArea(100), options), ResourceLimit)
+  EXPECT_THROW(planLevels({{0, 0, 0}, {3e6f, 1, 1}}, 1, ofArea(100), options), ResourceLimit)
       << "too long to be counted";
 }
 
@@ -270,20 +247,21 @@ TEST(PlanLevels, RefusesPlanesAndRowsThat32BitsCannotCount)
   options.maxMemory = std::numeric_limits<std::size_t>::max(); // memory is not what is short
   for (const Eigen::Vector3f& sides : {Eigen::Vector3f(300000, 200000, 150000), Eigen::Vector3f(90000, 90000, 90000)}) {
     const std::string message = clouds::messageOf<ResourceLimit>([&] {
-      planLevels(box({0, 0, 0}, sides), 1, ofArea(100), options);
+      planLevels({{0, 0, 0}, sides}, 1, ofArea(100), options);
     });
     const float factor = numberAfter("choose voxels ", message);
     EXPECT_GT(factor, 1);
-    EXPECT_NO_THROW(planLevels(box({0, 0, 0}, sides), 1.01f * factor, ofArea(100), options)) << message;
+    EXPECT_NO_THROW(planLevels({{0, 0, 0}, sides}, 1.01f * factor, ofArea(100), options)) << message;
   }
-  EXPECT_NO_THROW(planLevels(box({0, 0, 0}, {60000, 60000, 100}), 1, ofArea(100), options));
+  EXPECT_NO_THROW(planLevels({{0, 0, 0}, {60000, 60000, 100}}, 1, ofArea(100), options));
 }
 
-/// Expects the interpolation of a function between nested lattices to be exact. \param error of single precision
+/// Expects the interpolation of a function between nested lattices to be exact, far enough from the border of the
+/// coarser one. \param error of single precision
 template <typename Function, typename Interpolate>
 void expectReproduced(const Function& function, const Interpolate& interpolate, double error)
 {
-  const auto [coarse, fine] = nestedLattices();
+  const Lattice coarse{{12, 11, 10}, {-2, 1, .25}, .5}, fine{{14, 12, 11}, {-.875, 1.875, 1.375}, .25};
   Execution execution(2);
   const auto interpolated = interpolate(valuesOf(function, coarse), coarse, fine, execution);
   const auto expected = valuesOf(function, fine);
@@ -307,11 +285,7 @@ TEST(Interpolate, ReproducesPolynomialsAwayFromTheBorder)
 
 TEST(Interpolate, LinearStaysWithinItsNeighborsAndAtTheBorderWithItsParent)
 {
-  Lattice coarse, fine;
-  coarse.size = {3, 1, 1};
-  coarse.spacing = 2;
-  fine.size = {6, 2, 2};
-  fine.origin = Eigen::Vector3d::Constant(-.5);
+  const Lattice coarse{{3, 1, 1}, {0, 0, 0}, 2}, fine{{6, 2, 2}, {-.5, -.5, -.5}, 1};
   const auto values = interpolateLinear({0, 8, 0}, coarse, fine, serial);
   for (int z = 0; z < 2; ++z)
     for (int y = 0; y < 2; ++y)

@@ -6,8 +6,6 @@
 #include "support/shapes.h"
 #include "support/threads.h"
 
-#include <Eigen/Geometry>
-
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -143,9 +143,7 @@ TEST(VertexFields, edgesAreAsLongAsThePointsAreSparse)
 TEST(VertexFields, trianglesGiveTheNormalWhereTheGradientVanishes)
 {
   // A field without any slope, and a roof of two triangles and an unused vertex in it.
-  Lattice lattice;
-  lattice.size = {4, 4, 4};
-  const DistanceField field(lattice, std::vector<float>(64, 1.f), std::vector<float>(64, .5f));
+  const DistanceField field({{4, 4, 4}}, std::vector<float>(64, 1.f), std::vector<float>(64, .5f));
   TriangleMesh mesh;
   mesh.vertices = {{1, 1, 2}, {1, 2, 2}, {0, 1, 1}, {2, 1, 1}, {3, 3, 3}};
   mesh.triangles = {{1, 2, 0}, {1, 0, 3}}; // two slopes that meet in the ridge 0–1

@@ -28,11 +28,7 @@ const GridSize allSizes[] = {{7, 5, 6}, {8, 4, 8}, {17, 3, 9}, {1, 6, 5}, {6, 1,
 LinearSystem unobserved(const GridSize& size, Prior prior, int threads = 1)
 {
   Execution execution(threads);
-  Observation none;
-  none.lattice.size = size;
-  PriorOptions options;
-  options.kind = prior;
-  return assemble(none, options, execution);
+  return assemble({{size}, {}, {}, {}}, priorOptions(prior), execution);
 }
 
 } // namespace
@@ -69,11 +65,7 @@ TEST(Prior, sameBytesForAnyNumberOfThreads)
 
 TEST(Assemble, certaintyIsNoInfiniteWeight)
 {
-  Observation observation;
-  observation.lattice.size = {3, 2, 2};
-  observation.voxels = {1, 7};
-  observation.distances = {.5f, -2.f};
-  observation.confidences = {1.f, 1.f};
+  const Observation observation{{{3, 2, 2}}, {1, 7}, {.5f, -2.f}, {1.f, 1.f}};
   const auto strong =
       assemble(observation, priorOptions(Prior::membrane, Energy::joint, std::nextafter(1.f, 0.f)), serial);
   EXPECT_NEAR(strong.matrix.coeff(1, 1), 6e6, 10);
@@ -318,12 +310,10 @@ TEST(Icm, stopsOnTheChangeInVoxelSides)
 
 TEST(Solver, refusesWhatIsNotDetermined)
 {
-  Observation none;
-  none.lattice.size = {8, 8, 8};
   for (const SolverMethod method : allMethods) {
-    const auto unobserved = assemble(none, priorOptions(Prior::membrane), serial);
-    auto d = zeros(unobserved);
-    EXPECT_THROW(solve(unobserved, solverOptions(method), 1, d, serial), SolverFailure);
+    const auto empty = unobserved({8, 8, 8}, Prior::membrane);
+    auto d = zeros(empty);
+    EXPECT_THROW(solve(empty, solverOptions(method), 1, d, serial), SolverFailure);
     const auto weightless = assemble(observeSphere({8, 8, 8}), priorOptions(Prior::membrane, Energy::joint, 0), serial);
     EXPECT_THROW(solve(weightless, solverOptions(method), 1, d, serial), SolverFailure);
 

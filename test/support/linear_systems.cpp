@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "support/linear_systems.h"
 #include "field/prior.h"
-#include "observation/observation.h"
+#include "support/shapes.h"
 
 #include <Eigen/Cholesky>
 #include <Eigen/SparseCholesky>
@@ -20,17 +20,16 @@ Matrix laplacian(const pcl::mrf::GridSize& size)
   std::vector<Eigen::Triplet<double>> entries;
   int edges = 0;
   const int steps[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
-  for (int z = 0; z < size.z; ++z)
-    for (int y = 0; y < size.y; ++y)
-      for (int x = 0; x < size.x; ++x)
-        for (const auto& step : steps)
-          if (size.contains(x + step[0], y + step[1], z + step[2])) {
-            const auto i = static_cast<int>(size.index(x, y, z));
-            const auto j = static_cast<int>(size.index(x + step[0], y + step[1], z + step[2]));
-            entries.emplace_back(edges, i, 1);
-            entries.emplace_back(edges, j, -1);
-            ++edges;
-          }
+  shapes::forVoxels(size, [&](int x, int y, int z) {
+    for (const auto& step : steps)
+      if (size.contains(x + step[0], y + step[1], z + step[2])) {
+        const auto i = static_cast<int>(size.index(x, y, z));
+        const auto j = static_cast<int>(size.index(x + step[0], y + step[1], z + step[2]));
+        entries.emplace_back(edges, i, 1);
+        entries.emplace_back(edges, j, -1);
+        ++edges;
+      }
+  });
   differences.resize(edges, count);
   differences.setFromTriplets(entries.begin(), entries.end());
   return Matrix(differences.transpose()) * differences;
@@ -75,17 +74,15 @@ Observation observeSphere(GridSize size, double shift, double scale)
   Observation observation;
   observation.lattice.size = size;
   const double radius = .3 * std::max({size.x, size.y, size.z});
-  for (int z = 0; z < size.z; ++z)
-    for (int y = 0; y < size.y; ++y)
-      for (int x = 0; x < size.x; ++x) {
-        const Eigen::Vector3d p = Eigen::Vector3d(x, y, z) - .5 * Eigen::Vector3d(size.x - 1, size.y - 1, size.z - 1);
-        const double distance = p.norm() - radius;
-        if (std::abs(distance) < 1.5 && p.z() <= .8 * p.norm()) {
-          observation.voxels.push_back(size.index(x, y, z));
-          observation.distances.push_back(static_cast<float>(scale * distance + shift));
-          observation.confidences.push_back(static_cast<float>(1 - distance * distance / 2.3));
-        }
-      }
+  shapes::forVoxels(size, [&](int x, int y, int z) {
+    const Eigen::Vector3d p = Eigen::Vector3d(x, y, z) - .5 * Eigen::Vector3d(size.x - 1, size.y - 1, size.z - 1);
+    const double distance = p.norm() - radius;
+    if (std::abs(distance) < 1.5 && p.z() <= .8 * p.norm()) {
+      observation.voxels.push_back(size.index(x, y, z));
+      observation.distances.push_back(static_cast<float>(scale * distance + shift));
+      observation.confidences.push_back(static_cast<float>(1 - distance * distance / 2.3));
+    }
+  });
   return observation;
 }
 

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "support/scans.h"
-#include "support/clouds.h"
-#include "support/conversion.h"
 
 #include "support/clouds.h"
+#include "support/conversion.h"
 
 #include <CGAL/AABB_traits.h>
 #include <CGAL/AABB_tree.h>

@@ -87,10 +87,8 @@ pcl::mrf::OrientedPoints oriented(const pcl::mrf::PointSet& points)
 
 pcl::mrf::DistanceField field(const Sdf& sdf, double halfSide, int voxels)
 {
-  pcl::mrf::Lattice lattice;
-  lattice.size = {voxels, voxels, voxels};
-  lattice.spacing = 2 * halfSide / voxels;
-  lattice.origin = Vector3d::Constant(-halfSide + lattice.spacing / 2);
+  const double spacing = 2 * halfSide / voxels;
+  const pcl::mrf::Lattice lattice{{voxels, voxels, voxels}, Vector3d::Constant(-halfSide + spacing / 2), spacing};
   std::vector<float> distances;
   forVoxels(lattice.size, [&](int x, int y, int z) {
     distances.push_back(static_cast<float>(sdf(lattice.origin + lattice.spacing * Vector3d(x, y, z))));
