@@ -77,7 +77,8 @@ constexpr LevelPlan firstPlan = {4, 3}, middlePlan = {2, 3}, lastPlan = {1, 1};
 constexpr double pointTolerance = 1.5;
 
 /// Factor on the weight of the normals on all levels but the last, if that is a band of order 3. Bands move the surface
-/// to the points again, but hardly what fills a hole, which depends on the normals at its rim.
+/// to the points again, but hardly what fills a hole, which depends on the normals at its rim. Noise of more than a
+/// spacing turns the normals too far for that.
 constexpr double normalsOfGuess = 10;
 
 /// Max voxel side of the last level, in spacings, with which normalsOfGuess is used: with larger ones coarse levels see
@@ -235,7 +236,7 @@ private:
   bool normalsLead() const
   {
     return options_.prior.kind == Prior::triharmonic && denseLevels_ < lattices_.size() &&
-           lattices_.back().spacing <= normalsLeadUpTo * spacing_;
+           lattices_.back().spacing <= normalsLeadUpTo * spacing_ && points().typicalDeviation <= spacing_;
   }
 
   LevelReport newReport(std::size_t level) const

@@ -72,11 +72,12 @@ MultiscaleResult solve(const PointSet& points, float spacing, std::int64_t dense
 }
 
 /// The levels of points with spacings of their own.
-MultiscaleResult solve(const OrientedPoints& points, float spacing, std::int64_t denseVoxels)
+MultiscaleResult solve(const OrientedPoints& points, float spacing, std::int64_t denseVoxels, float smoothing = 0)
 {
   Execution execution(2);
   const auto search = clouds::searchOf(points);
   Options options;
+  options.observation.smoothing = smoothing;
   options.multiscale.denseVoxels = denseVoxels;
   return regularize({&points, search.get(), boundingBox(points.positions)}, spacing, options, execution);
 }
@@ -433,6 +434,28 @@ TEST(BandedLevels, LeaveSparsePointsToCoarserLevels)
     (vertex.x() > .8f ? nearDense : nearSparse).push_back(torus(vertex.cast<double>()) / spacing);
   EXPECT_LT(rootMeanSquare(nearDense), .02);
   EXPECT_LT(rootMeanSquare(nearSparse), .3);
+}
+
+TEST(BandedLevels, NormalsDoNotLeadUnderStrongNoise)
+{
+  const float spacing = .02f;
+  const shapes::Sdf torus = shapes::torus(1, .4);
+  OrientedPoints points = shapes::oriented(shapes::sample(torus, 1.6, spacing));
+  std::mt19937 random(1);
+  std::normal_distribution<float> noise;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    points.positions[i] += 1.2f * spacing * noise(random) * points.normals[i];
+    const Eigen::Vector3f tilt(noise(random), noise(random), noise(random));
+    points.normals[i] = (points.normals[i] + tilt).normalized();
+  }
+  const auto error = [&](float deviation) {
+    points.typicalDeviation = deviation;
+    std::vector<double> distances;
+    for (const Eigen::Vector3f& vertex : zeroLevel(solve(points, spacing, fewVoxels, 2 * spacing).field).vertices)
+      distances.push_back(torus(vertex.cast<double>()) / static_cast<double>(spacing));
+    return rootMeanSquare(distances);
+  };
+  EXPECT_LT(error(1.2f * spacing), .9 * error(.9f * spacing));
 }
 
 TEST(BandedLevels, MoveTheFieldAVoxelOfTheCoarserAtMost)
