@@ -225,10 +225,10 @@ struct Node {
 
   Eigen::Array4f squaredDistances(const Eigen::AlignedBox3f& query) const
   {
-    const auto gap = [&](int axis) -> Eigen::Array4f {
+    const auto distance = [&](int axis) -> Eigen::Array4f {
       return (lower[axis] - query.max()[axis]).max(query.min()[axis] - upper[axis]).max(0);
     };
-    const Eigen::Array4f dx = gap(0), dy = gap(1), dz = gap(2);
+    const Eigen::Array4f dx = distance(0), dy = distance(1), dz = distance(2);
     return dx * dx + dy * dy + dz * dz;
   }
 };

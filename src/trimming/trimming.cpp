@@ -318,17 +318,17 @@ private:
     if (sheet.empty())
       return;
     std::vector<std::uint8_t> isRim = flagCorners(mesh_, keep);
-    std::vector<std::int32_t> rim;
+    std::vector<std::int32_t> ofRim;
     for (const std::int32_t t : sheet)
       for (const std::int32_t v : mesh_.triangles[t])
         if (isRim[v] == 1) {
           isRim[v] = 2; // once
-          rim.push_back(v);
+          ofRim.push_back(v);
         }
     // With their distances from the data: a hole is as wide as the data are apart; support reaches farther.
-    nearest_.find(rim);
+    nearest_.find(ofRim);
     std::vector<RimVertex> described;
-    for (const std::int32_t v : rim)
+    for (const std::int32_t v : ofRim)
       described.push_back({v, std::sqrt(nearest_.squaredDistance(v))});
     const std::vector<std::uint8_t> isFilled =
         close(mesh_, groupCorners(mesh_, isSheet), described, static_cast<float>(gap / 2), isOnBoundary_);
